@@ -155,15 +155,15 @@ def test_a_file_of_others_closes_where_it_is_drawn(tmp_path: Path) -> None:
 
 
 WRONG = {
-    "screw": (
+    "gearbox": (
+        'name="hinge" type="revolute"',
+        'name="hinge" type="gearbox"',
+        "joints.hinge.type: is 'gearbox'; expected fixed, revolute",
+    ),
+    "screw without a pitch": (
         'name="hinge" type="revolute"',
         'name="hinge" type="screw"',
-        "joints.hinge.type: is 'screw'",
-    ),
-    "loop": (
-        'name="pin" type="revolute"',
-        'name="pin" type="universal"',
-        "closes a loop with a joint of type 'universal'",
+        "joints.hinge: is a screw without a <screw_thread_pitch>",
     ),
     "link": (
         "<child>crank",
@@ -329,13 +329,25 @@ def test_limits_of_a_joint_that_closes_a_loop_are_noted(tmp_path: Path) -> None:
     assert "pin: closes a loop; its limits are not kept" in machine.description.notes
 
 
-def test_friction_of_a_joint_that_closes_a_loop_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(
-        DescriptionError,
-        match=r"joints\.pin: has friction, which a joint that closes a loop cannot",
-    ) as caught:
-        read(tmp_path, on_the_pin("<dynamics><damping>1</damping></dynamics>"))
-    assert caught.value.line == FOUR_BAR[: FOUR_BAR.index('name="pin"')].count("\n") + 1
+def test_a_joint_with_friction_belongs_to_the_tree(tmp_path: Path) -> None:
+    """A closure has no friction, so a loop is cut at a joint without."""
+    damped = on_the_pin("<dynamics><damping>1</damping></dynamics>")
+    machine, plain = read(tmp_path, damped), read(tmp_path)
+    (closure,) = machine.description.closures
+    assert closure.name != "pin"
+    assert machine.description.effects["pin"].viscous == 1.0
+    still, same = machine.close([0.2]), plain.close([0.2])
+    assert machine.inverse_dynamics(still, [1.0]) == pytest.approx(
+        plain.inverse_dynamics(same, [1.0]), rel=1e-9
+    )
+
+
+def test_a_loop_of_joints_that_cannot_close_it_is_refused(tmp_path: Path) -> None:
+    text = FOUR_BAR.replace('type="revolute"', 'type="prismatic"').replace(
+        'type="continuous"', 'type="prismatic"'
+    )
+    with pytest.raises(DescriptionError, match="closes a loop with a joint of type 'prismatic'"):
+        read(tmp_path, text)
 
 
 def test_a_frame_of_the_model_moves_with_its_canonical_link(tmp_path: Path) -> None:

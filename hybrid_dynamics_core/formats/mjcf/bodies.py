@@ -113,7 +113,7 @@ class BodyReader:
                 start = Transform()
             chain.extend((freedom, element) for freedom in joint.freedoms)
         for freedom, element in chain[:-1]:
-            massless = self._free_name("body", freedom.name)
+            massless = self._free_name("body", f"{freedom.name}_link")
             self.xml.add(("links", massless), {}, element)
             self._add_freedom(freedom, element, (parent, massless), start)
             start = freedom.after

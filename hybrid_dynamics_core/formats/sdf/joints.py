@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 from ...description.document import Data
 from ...description.geometry import unit_axis
-from ...ground.arrays import Array
+from ...ground.arrays import Array, frozen
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .poses import WORLD, ModelPoses
@@ -15,6 +16,36 @@ _UNLIMITED = 1e16  # [rad or m] what SDFormat takes for no limit
 _INFINITY = ("inf", "infinity")
 _DRIVE_LIMITS = {"effort": "effort_limit", "velocity": "velocity_limit"}
 _Z_AXIS = (0.0, 0.0, 1.0)
+_SINGLE = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
+_UNIVERSAL = ("universal", "revolute2")
+_EXPECTED = "fixed, revolute, continuous, prismatic, screw, universal, revolute2 or ball"
+_BALL_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+_ONE_TURN = 2.0 * math.pi  # [rad]
+_ROTORS = {"drake:rotor_inertia": "rotor_inertia", "drake:gear_ratio": "gear_ratio"}
+CLOSURE_KINDS = {
+    "revolute": "axis",
+    "continuous": "axis",
+    "ball": "point",
+    "fixed": "frame",
+}
+LIMITS = ("limits", "effort_limit", "velocity_limit")
+
+
+@dataclass(frozen=True, eq=False)
+class Freedom:
+    """One hinge or slide of a joint.
+
+    Attributes:
+        name: of it.
+        type: revolute or prismatic.
+        axis: (3,) unit vector in the frame of the joint.
+        constraints: limits, friction, spring and mimic.
+    """
+
+    name: str
+    type: str
+    axis: Array
+    constraints: Data = field(default_factory=dict)
 
 
 class JointReader:
@@ -22,6 +53,7 @@ class JointReader:
 
     Attributes:
         element: the joint.
+        name: of it.
         type: of the joint, in SDFormat.
         path: of its entry.
     """
@@ -30,8 +62,9 @@ class JointReader:
         self.xml = xml
         self.poses = poses
         self.element = element
+        self.name = xml.name(element, "joints")
         self.type = element.get("type")
-        self.path = ("joints", element.get("name"))
+        self.path = ("joints", self.name)
 
     def is_grounded(self) -> bool:
         """Whether the parent is the world."""
@@ -48,10 +81,113 @@ class JointReader:
         """The child link."""
         return self.poses.link_of(self._end("child"), self.element)
 
-    def axis(self) -> Array:
+    def can_close(self) -> bool:
+        """Whether a closure can stand for the joint: it has no more than limits."""
+        if self.type not in CLOSURE_KINDS:
+            return False
+        return all(key in LIMITS for key in self.constraints())
+
+    def freedoms(self) -> list[Freedom]:
+        """The hinges and slides of the joint in a row; none where it is fixed.
+
+        Raises:
+            DescriptionError: its type is not covered.
+        """
+        if self.type == "fixed":
+            return []
+        if self.type in _SINGLE:
+            return [Freedom(self.name, _SINGLE[self.type], self.axis(), self.constraints())]
+        if self.type in _UNIVERSAL:
+            return self._universal()
+        if self.type == "ball":
+            return self._ball()
+        if self.type == "screw":
+            return self._screw()
+        problem = f"is '{self.type}'; expected {_EXPECTED}"
+        raise self.xml.error(self.element, (*self.path, "type"), problem)
+
+    def note_unused(self) -> None:
+        """Say what a joint of this type has no use for."""
+        unused: list[str] = []
+        if self.type not in _UNIVERSAL:
+            unused.append("axis2")
+        if self.type in ("fixed", "ball"):
+            unused.append("axis")
+        if self.type != "screw":
+            unused.extend(("thread_pitch", "screw_thread_pitch"))
+        if self.type == "continuous":
+            self._note_limits()
+        for child in self.element.children:
+            if child.tag in unused:
+                text = f"<{child.tag}> of joint {self.name} is left out: it is of type {self.type}"
+                self.xml.note(child, text)
+
+    def _note_limits(self) -> None:
+        """Say that a continuous joint has no limits, where some are given."""
+        limit = self._inside_axis("limit", "axis")
+        if limit is None:
+            return
+        for tag, unlimited in (("lower", -math.inf), ("upper", math.inf)):
+            bound = limit.first(tag)
+            if bound is not None and self._bound(bound, unlimited) != unlimited:
+                text = f"<{tag}> of joint {self.name} is left out: it is of type continuous"
+                self.xml.note(bound, text)
+
+    def _universal(self) -> list[Freedom]:
+        """A hinge on an axis fixed in the parent, then one on an axis fixed in the child."""
+        freedoms: list[Freedom] = []
+        for number, tag in enumerate(("axis", "axis2"), start=1):
+            if self.element.first(tag) is None:
+                self.xml.note(self.element, f"joint {self.name} has no <{tag}>; taken: 0 0 1")
+            name = f"{self.name}_{number}"
+            freedoms.append(Freedom(name, "revolute", self.axis(tag), self.constraints(tag)))
+        self._note_row(freedoms)
+        return freedoms
+
+    def _ball(self) -> list[Freedom]:
+        """Hinges about x, y and z of the joint, whose axes meet."""
+        effects = [key for key in self.constraints() if key not in LIMITS]
+        if effects:
+            raise self.xml.error(
+                self.element,
+                self.path,
+                f"has {' and '.join(effects)} on a ball joint, which hinges in a row cannot have",
+            )
+        freedoms: list[Freedom] = []
+        for letter, axis in _BALL_AXES.items():
+            freedoms.append(Freedom(f"{self.name}_{letter}", "revolute", frozen(axis)))
+        self._note_row(freedoms)
+        return freedoms
+
+    def _screw(self) -> list[Freedom]:
+        """A hinge, and a slide that follows it."""
+        hinge = Freedom(self.name, "revolute", self.axis(), self.constraints())
+        mimic = {"joint": self.name, "multiplier": self._lead() / _ONE_TURN, "offset": 0.0}
+        slide = Freedom(f"{self.name}_slide", "prismatic", self.axis(), {"mimic": mimic})
+        self._note_row([hinge, slide])
+        return [hinge, slide]
+
+    def _lead(self) -> float:
+        """The way of a screw along its axis [m] in one turn; the older word is turns for a way."""
+        pitch = self.element.first("screw_thread_pitch")
+        if pitch is not None:
+            return self.xml.text_number(pitch, self.path, 0.0)
+        older = self.element.first("thread_pitch")
+        value = self.xml.text_number(older, self.path, 0.0)
+        if not value:
+            problem = "is a screw without a <screw_thread_pitch>, its way in one turn [m]"
+            raise self.xml.error(self.element, self.path, problem)
+        return -_ONE_TURN / value
+
+    def _note_row(self, freedoms: list[Freedom]) -> None:
+        listed = ", ".join(freedom.name for freedom in freedoms)
+        text = f"joint {self.name} is of type {self.type}; taken: {listed} in a row"
+        self.xml.note(self.element, text)
+
+    def axis(self, tag: str = "axis") -> Array:
         """The axis (3,) in the frame of the joint."""
-        key = (*self.path, "axis")
-        xyz = self._inside_axis("xyz")
+        key = (*self.path, tag)
+        xyz = self._inside_axis("xyz", tag)
         values = self.xml.text_numbers(xyz, 3, key, _Z_AXIS)
         try:
             axis = unit_axis(values)
@@ -62,10 +198,10 @@ class JointReader:
             expressed_in = xyz.get("expressed_in")
         return self.poses.axis_in_joint(axis, expressed_in, self.element)
 
-    def constraints(self) -> Data:
-        """Limits, friction, spring and mimic of the joint, as far as it has them."""
+    def constraints(self, tag: str = "axis") -> Data:
+        """Limits, friction, spring and mimic along an axis, as far as it has them."""
         entries: Data = {}
-        limit = self._inside_axis("limit")
+        limit = self._inside_axis("limit", tag)
         if limit is not None and self.type != "continuous":
             lower = self._bound(limit.first("lower"), -math.inf)
             upper = self._bound(limit.first("upper"), math.inf)
@@ -73,12 +209,15 @@ class JointReader:
                 entries["limits"] = [lower, upper]
         if limit is not None:
             entries |= self._drive_limits(limit)
-        dynamics = self._inside_axis("dynamics")
+        dynamics = self._inside_axis("dynamics", tag)
         if dynamics is not None:
             entries |= self._dynamics(dynamics)
-        mimic = self._inside_axis("mimic")
+        mimic = self._inside_axis("mimic", tag)
         if mimic is not None:
             entries["mimic"] = self._mimic(mimic)
+        rotor = self._rotor()
+        if rotor:
+            entries["drive"] = rotor
         return entries
 
     def _end(self, tag: str) -> str:
@@ -88,9 +227,18 @@ class JointReader:
             raise self.xml.error_at(self.element, f"has no <{tag}>")
         return end.text.strip()
 
-    def _inside_axis(self, tag: str) -> LocatedElement | None:
-        """The first element with a tag in <axis>."""
-        axis = self.element.first("axis")
+    def _rotor(self) -> Data:
+        """The rotor behind a gear that Drake's words give."""
+        drive: Data = {}
+        for tag, key in _ROTORS.items():
+            element = self.element.first(tag)
+            if element is not None:
+                drive[key] = self.xml.text_number(element, self.path, 0.0)
+        return drive
+
+    def _inside_axis(self, tag: str, axis_tag: str) -> LocatedElement | None:
+        """The first element with a tag in <axis> or <axis2>."""
+        axis = self.element.first(axis_tag)
         if axis is None:
             return None
         return axis.first(tag)

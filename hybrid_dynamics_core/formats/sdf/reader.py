@@ -1,8 +1,9 @@
 """SDFormat -> a document: links and joints of one model.
 
-A joint whose child already has a parent closes a loop. SDFormat draws the model in one
-configuration and counts every coordinate from there. Loop joints are at rest in that configuration,
-so both ends of their frames are known. http://sdformat.org/spec, versions 1.7 to 1.12.
+Joints make up a tree from the base, in whatever direction they are written; the others close loops.
+SDFormat draws the model in one configuration and counts every coordinate from there. Loop joints
+are at rest in that configuration, so both ends of their frames are known.
+http://sdformat.org/spec, versions 1.7 to 1.12.
 """
 
 from __future__ import annotations
@@ -17,22 +18,11 @@ from ...description.geometry import Transform, rotation_from_rpy, rpy_to_axis, u
 from ..extras_reader import TAG, read_extras
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
-from .joints import JointReader
+from .joints import CLOSURE_KINDS, LIMITS, JointReader
 from .poses import WORLD, ModelPoses, pose_entry
+from .spanning_tree import reached_links, spanning_tree
 from .vocabulary import check_version, check_vocabulary
 
-_JOINT_TYPES = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "fixed": "fixed",
-}
-_CLOSURE_KINDS = {
-    "revolute": "axis",
-    "continuous": "axis",
-    "ball": "point",
-    "fixed": "frame",
-}
 _GRAVITY = (0.0, 0.0, -9.8)  # of a world that does not say
 _DEFAULT_INERTIA = {
     "xx": 1.0,
@@ -42,7 +32,6 @@ _DEFAULT_INERTIA = {
     "xz": 0.0,
     "yz": 0.0,
 }
-_LIMITS = ("limits", "effort_limit", "velocity_limit")
 _MAX_LISTED = 8  # links in a message
 
 
@@ -92,6 +81,9 @@ def _find_model(xml: XmlReader) -> tuple[LocatedElement, LocatedElement | None]:
         problem = f"holds {len(models)} models with joints; expected one"
         raise xml.error(xml.root, ("model",), problem)
     model, world_around = models[0]
+    for child in xml.root.children:
+        if child not in (model, world_around):
+            xml.note(child, f"<{child.tag}> beside the model is left out")
     for tag in ("include", "model"):
         inner = model.first(tag)
         if inner is not None:
@@ -120,14 +112,13 @@ class _SdfReader:
         base, joints = self.find_base(joints)
         data["base"] = base
         self.set_gravity(base)
-        hung_links = {base}
+        directions = spanning_tree(joints, base)
         for joint in joints:
-            child = joint.child()
-            if child in hung_links:
-                self.add_closure(joint)
+            joint.note_unused()
+            if joint.name in directions:
+                self.add_joint(joint, directions[joint.name])
             else:
-                hung_links.add(child)
-                self.add_joint(joint)
+                self.add_closure(joint)
         for frame in self.model.all("frame"):
             self.add_frame(frame)
         data["active"] = driven_joints(self.document)
@@ -167,22 +158,42 @@ class _SdfReader:
     def find_base(self, joints: list[JointReader]) -> tuple[str, list[JointReader]]:
         """The link that does not move, and all joints but its own."""
         grounded = [joint for joint in joints if joint.is_grounded()]
-        children = {joint.child() for joint in joints}
         links = self.document.section("links")
+        if not grounded:
+            base = self.first_root(joints)
+            self.check_reached(joints, base)
+            self.document.notes.append(
+                f"{base}: not joined to the world; taken as what stands still"
+            )
+            return base, joints
+        self.check_reached(joints, WORLD)
+        ground, *further = grounded
+        others = [joint for joint in joints if joint is not ground]
+        if further or ground.type != "fixed":
+            links.setdefault(WORLD, {})
+            return WORLD, joints
+        ground.note_unused()
+        return ground.child(), others
+
+    def first_root(self, joints: list[JointReader]) -> str:
+        """The first link without a parent; the first one where all have one."""
+        links = list(self.document.section("links"))
+        children = {joint.child() for joint in joints}
         roots = [link for link in links if link not in children]
-        if grounded:
-            ground = grounded[0]
-            if len(grounded) > 1 or ground.type != "fixed" or roots:
-                links.setdefault(WORLD, {})
-                return WORLD, joints
-            return ground.child(), [joint for joint in joints if joint is not ground]
-        if len(roots) != 1:
-            listed = ", ".join(roots[:_MAX_LISTED])
-            problem = f"{len(roots)} links are without a parent ({listed}); a robot has one"
-            raise self.xml.error(self.model, ("links",), problem)
-        base = roots[0]
-        self.document.notes.append(f"{base}: not joined to the world; taken as what stands still")
-        return base, joints
+        return next(iter([*roots, *links]), WORLD)
+
+    def check_reached(self, joints: list[JointReader], base: str) -> None:
+        """Refuse links that no joint connects with the base."""
+        reached = reached_links(joints, base)
+        loose = [link for link in self.document.section("links") if link not in reached]
+        if loose:
+            listed = ", ".join(loose[:_MAX_LISTED])
+            raise self.xml.error(
+                self.model,
+                ("links",),
+                f"no joint connects {listed} with {base}, so it would fly; join it to a link or the"
+                " world",
+            )
 
     def set_gravity(self, base: str) -> None:
         """Set the gravity of the world, in the base frame."""
@@ -198,41 +209,55 @@ class _SdfReader:
 
     # -- joints
 
-    def add_joint(self, joint: JointReader) -> None:
-        name = self.xml.name(joint.element, "joints")
-        if joint.type not in _JOINT_TYPES:
-            problem = f"is '{joint.type}'; expected one of {', '.join(_JOINT_TYPES)}"
-            raise self.xml.error(joint.element, (*joint.path, "type"), problem)
-        child = joint.child()
-        parent = joint.parent()
+    def add_joint(self, joint: JointReader, is_reversed: bool) -> None:
+        """Add a joint as hinges and slides in a row; walked from its child, they turn around."""
+        freedoms = joint.freedoms()
+        start, end = joint.parent(), joint.child()
+        sign = 1.0
+        if is_reversed:
+            start, end = end, start
+            sign = -1.0
+            freedoms.reverse()
+            text = f"joint {joint.name} is turned around: it leads from {start} to {end} here"
+            self.xml.note(joint.element, text)
         pose = self.poses.joint(joint.element)
-        entry: Data = {
-            "type": _JOINT_TYPES[joint.type],
-            "parent": parent,
-            "child": child,
-            "origin": pose_entry(self.poses.in_link(parent, pose)),
-        }
-        link_pose = pose.inverse() @ self.poses.link(child)
+        origin = pose_entry(self.poses.in_link(start, pose))
+        if not freedoms:
+            entry = {"type": "fixed", "parent": start, "child": end, "origin": origin}
+            self.xml.add(("joints", joint.name), entry, joint.element)
+        for freedom in freedoms:
+            link = end
+            if freedom is not freedoms[-1]:
+                link = f"{freedom.name}_link"
+                self.xml.add(("links", link), {}, joint.element)
+            entry = {
+                "type": freedom.type,
+                "parent": start,
+                "child": link,
+                "origin": origin,
+                "axis": (sign * freedom.axis + 0.0).tolist(),  # no minus zero
+                **freedom.constraints,
+            }
+            self.xml.add(("joints", freedom.name), entry, joint.element)
+            start = link
+            origin = pose_entry(Transform())
+        link_pose = pose.inverse() @ self.poses.link(end)
         if not link_pose.is_identity():
             frames = self.document.section("frames")
-            frames[child] = {"link": child, **pose_entry(link_pose)}
-        if joint.type != "fixed":
-            entry["axis"] = joint.axis().tolist()
-            entry |= joint.constraints()
-        self.xml.add(("joints", name), entry, joint.element)
+            frames[end] = {"link": end, **pose_entry(link_pose)}
 
     def add_closure(self, joint: JointReader) -> None:
         """Add a joint whose child hangs on another one as a closure of the drawn configuration."""
-        name = self.xml.name(joint.element, "joints")
-        if joint.type not in _CLOSURE_KINDS:
-            expected = ", ".join(_CLOSURE_KINDS)
+        name = joint.name
+        if joint.type not in CLOSURE_KINDS:
+            expected = ", ".join(CLOSURE_KINDS)
             raise self.xml.error(
                 joint.element,
                 joint.path,
                 f"closes a loop with a joint of type '{joint.type}'; expected one of {expected}:"
                 " cut the loop at such a joint",
             )
-        kind = _CLOSURE_KINDS[joint.type]
+        kind = CLOSURE_KINDS[joint.type]
         self.refuse_constraints(joint)
         pose = self.poses.joint(joint.element)
         turn = Transform()
@@ -251,7 +276,7 @@ class _SdfReader:
     def refuse_constraints(self, joint: JointReader) -> None:
         """Refuse what a joint that closes a loop cannot have; its limits are omitted."""
         constraints = joint.constraints()
-        limits = [constraints.pop(key, None) for key in _LIMITS]
+        limits = [constraints.pop(key, None) for key in LIMITS]
         if any(limits):
             _, name = joint.path
             self.document.notes.append(f"{name}: closes a loop; its limits are not kept")

@@ -17,28 +17,33 @@ from ..xml.vocabulary import Vocabulary, VocabularyCheck, vocabulary
 _OLDEST = (1, 7)
 _CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
 _ADVICE = f"; it may change the robot, so it is not passed over: take it out ({_CONVERT})"
-_WITHOUT_EFFECT = (
+_OMITTED = (
     "visual collision sensor projector audio_sink audio_source battery light particle_emitter"
     " plugin self_collide"
 )
 _ADDED_MASS = {"".join(pair): "0" for pair in combinations_with_replacement("xyzpqr", 2)}
+_ROTATION = "rotation_format degrees"
+_FORCES_OF_DRAKE = re.compile("drake:.*(constraint|bushing|acceleration)")
 
 _WORLD = vocabulary(
     "name",
-    "model gravity include frame light actor plugin road audio wind magnetic_field atmosphere gui"
-    " physics scene spherical_coordinates state population",
+    "model gravity",
+    "include frame light actor plugin road audio wind magnetic_field atmosphere gui physics scene"
+    " spherical_coordinates state population",
 )
 _MODEL: dict[str, Vocabulary] = {
     "model": vocabulary(
-        "name canonical_link namespace",
-        f"link joint frame pose plugin gripper self_collide allow_auto_disable {TAG}",
+        "name canonical_link",
+        f"link joint frame pose {TAG}",
+        "namespace plugin gripper self_collide allow_auto_disable",
         static="false",
         enable_wind="false",
         placement_frame="__model__",
     ),
     "link": vocabulary(
         "name",
-        f"pose inertial velocity_decay {_WITHOUT_EFFECT}",
+        "pose inertial velocity_decay",
+        _OMITTED,
         gravity="true",
         kinematic="false",
         enable_wind="false",
@@ -46,27 +51,29 @@ _MODEL: dict[str, Vocabulary] = {
     ),
     "velocity_decay": vocabulary(linear="0", angular="0"),
     "inertial": vocabulary(
-        "", "mass pose inertia fluid_added_mass density auto_inertia_params", auto="false"
+        "", "mass pose inertia fluid_added_mass", "density auto_inertia_params", auto="false"
     ),
     "inertia": vocabulary("", "ixx iyy izz ixy ixz iyz"),
     "fluid_added_mass": vocabulary(**_ADDED_MASS),
     "joint": vocabulary(
         "name type",
-        "parent child pose axis axis2 sensor plugin physics "
-        # of types that are refused
-        "gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch",
+        "parent child pose axis axis2 thread_pitch screw_thread_pitch",
+        "sensor plugin physics gearbox_ratio gearbox_reference_body",
     ),
     "axis": vocabulary(
         "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
     ),
+    "axis2": vocabulary(
+        "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
+    ),
     "xyz": vocabulary("expressed_in"),
-    "limit": vocabulary("", "lower upper effort velocity stiffness dissipation"),
+    "limit": vocabulary("", "lower upper effort velocity", "stiffness dissipation"),
     "dynamics": vocabulary("", "damping friction spring_reference spring_stiffness"),
     "mimic": vocabulary("joint", "multiplier offset reference", axis="axis"),
     "frame": vocabulary("name attached_to", "pose"),
-    "pose": vocabulary("relative_to rotation_format degrees", frame=""),
-    "model/pose": vocabulary("rotation_format degrees", relative_to="world", frame=""),
-    "inertial/pose": vocabulary("rotation_format degrees", relative_to="", frame=""),
+    "pose": vocabulary(f"relative_to {_ROTATION}", frame=""),
+    "model/pose": vocabulary(_ROTATION, relative_to="world", frame=""),
+    "inertial/pose": vocabulary(_ROTATION, relative_to="", frame=""),
 }
 
 
@@ -93,6 +100,25 @@ def check_vocabulary(xml: XmlReader, model: LocatedElement, world: LocatedElemen
     Raises:
         DescriptionError: the first one that is not covered.
     """
-    VocabularyCheck(xml, _MODEL, _ADVICE).check(model)
     if world is not None:
-        VocabularyCheck(xml, {"world": _WORLD}, _ADVICE).check(world)
+        _check(xml, {"world": _WORLD}, world)
+        for other in world.all("model"):
+            if other is not model:
+                xml.note(other, f"model {other.get('name')} is left out: it has no joints")
+        _refuse_forces(xml, world)
+    _check(xml, _MODEL, model)
+    _refuse_forces(xml, model)
+
+
+def _check(xml: XmlReader, table: dict[str, Vocabulary], element: LocatedElement) -> None:
+    check = VocabularyCheck(xml, table, _ADVICE)
+    check.check(element)
+    check.add_notes()
+
+
+def _refuse_forces(xml: XmlReader, element: LocatedElement) -> None:
+    """Refuse what Drake's own words tie or hold; other words of other programs change nothing."""
+    for child in element.children:
+        if _FORCES_OF_DRAKE.fullmatch(child.tag):
+            problem = f"<{child.tag}> is not covered{_ADVICE}"
+            raise xml.error(child, (child.tag,), problem)
