@@ -87,7 +87,7 @@ HELP = """\
 The model of a hybrid robot: closure, kinematics and dynamics of serial arms with closed loops.
 
 ROBOT is the name of a robot that comes with the library, or the path of a description file. Values
-are in rad, m, N and N m.
+are in rad, m, N and N m, or with a unit: 30*deg, 65*mm, 3*kN.
 """
 EPILOG = f"""\b
 Examples:

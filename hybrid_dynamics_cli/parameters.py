@@ -19,12 +19,13 @@ from hybrid_dynamics_core import (
     load,
     shipped_robots,
 )
-from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.decimal_commas import POINT_HINT
 from hybrid_dynamics_core.ground.suggestions import did_you_mean, suggestion
 from hybrid_dynamics_core.ground.wording import counted
 from hybrid_dynamics_core.library import load_undecided
+
+from .quantities import coordinate_units, value_of
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -45,29 +46,6 @@ class RobotType(click.ParamType):  # type: ignore[type-arg]
         return robots or [CompletionItem(incomplete, type="file")]
 
 
-class NumberType(click.ParamType):  # type: ignore[type-arg]
-    """A number, or a term as descriptions take them: 0.1, pi/2, 30*deg."""
-
-    name = "number"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """The value of a term."""
-        if isinstance(value, float):
-            return value
-        try:
-            return _value(str(value))
-        except (ValueError, ArithmeticError) as error:
-            self.fail(f"'{value}': {error}", param, ctx)
-
-
-def _value(term: str) -> float:
-    """The value of a term in which nothing but numbers, pi and deg has a name."""
-    return evaluate(term, {}, names_are="")
-
-
-NUMBER = NumberType()
 COORDINATES = "0,0.1,30*deg or by name, q12=0.1,q4=pi/2"  # how vectors of them are written
 EFFORTS = "0,5000,2000,0 or by name, q12=5000"  # the same
 robot_argument = click.argument("robot", type=RobotType(), metavar="ROBOT")
@@ -169,7 +147,13 @@ def _readable(robot: str) -> Iterator[None]:
         raise click.ClickException(f"{robot}: {error.strerror or error}") from error
 
 
-def vector(option: str, text: str | None, names: Sequence[str], default: Array) -> Array:
+def vector(
+    option: str,
+    text: str | None,
+    names: Sequence[str],
+    default: Array,
+    units: Sequence[str] = (),
+) -> Array:
     """Values from the text of an option.
 
     Args:
@@ -177,6 +161,7 @@ def vector(option: str, text: str | None, names: Sequence[str], default: Array) 
         text: what was given to it, if anything.
         names: (n) names that the values may have.
         default: (n,) taken for those that are not named.
+        units: (n,) of the values, where they are written with any.
 
     Returns:
         (n,) the values, in the units of `default`.
@@ -196,7 +181,8 @@ def vector(option: str, text: str | None, names: Sequence[str], default: Array) 
     given: dict[int, float] = {}
     for k, part in enumerate(parts):
         index = _index(option, text, part, names, k)
-        given[index] = _value_of(option, text, part, names, k)
+        unit = units[index : index + 1]
+        given[index] = _value_of(option, text, part, names, k, unit)
     if not any(is_named) and len(parts) != len(names):
         count = counted(len(parts), "value")
         expected = f"expected {len(names)}, for {', '.join(names)}"
@@ -212,8 +198,10 @@ def closed(machine: Robot, u: str | None, du: str | None) -> ClosedState:
         StateError: the loops do not close, or are singular.
         InputError, click.BadParameter: from `vector`.
     """
-    values = vector("-u", u, machine.active, machine.reference)
-    rates = vector("--du", du, machine.active, np.zeros(len(machine.active)))
+    active = machine.active
+    values = vector("-u", u, active, machine.reference, coordinate_units(machine))
+    zero = np.zeros(len(active))
+    rates = vector("--du", du, active, zero, coordinate_units(machine, "/s"))
     return machine.close(values, rates)
 
 
@@ -231,11 +219,18 @@ def _index(option: str, text: str, part: str, names: Sequence[str], position: in
     raise InputError(f"{option}: {problem}; they are {', '.join(names)}")
 
 
-def _value_of(option: str, text: str, part: str, names: Sequence[str], position: int) -> float:
+def _value_of(
+    option: str,
+    text: str,
+    part: str,
+    names: Sequence[str],
+    position: int,
+    units: Sequence[str],
+) -> float:
     """The value of a part of an option's text."""
     name, _, term = part.rpartition("=")
     try:
-        return _value(term)
+        return value_of(term, units)
     except (ValueError, ArithmeticError) as error:
         joint = ""
         if not name.strip() and position < len(names):
@@ -264,7 +259,7 @@ def _comma_hint(text: str) -> str:
         return ""
     try:
         for part in parts:
-            _value(part.rpartition("=")[2])
+            value_of(part.rpartition("=")[2])
     except (ValueError, ArithmeticError):
         return ""
     hint = "; values are parted by commas"
@@ -274,8 +269,12 @@ def _comma_hint(text: str) -> str:
     return hint
 
 
-def pair(text: str) -> tuple[str, tuple[float, float]]:
+def pair(text: str, machine: Robot) -> tuple[str, tuple[float, float]]:
     """A name with two numbers, from `NAME=LOW:HIGH`.
+
+    Args:
+        text: of the option.
+        machine: whose active joint is named; its type tells the unit.
 
     Raises:
         click.BadParameter: the text is of another form.
@@ -285,7 +284,9 @@ def pair(text: str) -> tuple[str, tuple[float, float]]:
     terms: list[float] = []
     try:
         if numbers.strip():
-            terms = [_value(term) for term in numbers.split(":")]
+            units = dict(zip(machine.active, coordinate_units(machine), strict=True))
+            unit = [units[name.strip()]] if name.strip() in units else []
+            terms = [value_of(term, unit) for term in numbers.split(":")]
     except (ValueError, ArithmeticError) as error:
         raise click.BadParameter(f"'{text}': {error}; {expected}", param_hint="--range") from error
     if len(terms) != 2 or not name.strip():

@@ -13,6 +13,7 @@ from hybrid_dynamics_core.ground.wording import counted
 
 from ..exit_codes import LOST
 from ..parameters import RobotType
+from ..quantities import QuantityRange
 
 __all__ = [
     "LOST",
@@ -57,7 +58,7 @@ params_option = click.option(
 _from_option = click.option(
     "--from",
     "start",
-    type=click.FloatRange(0.0),
+    type=QuantityRange("s"),
     default=0.0,
     metavar="S",
     help="First time that counts, [s] since the first stamp of the bag.  [default: 0]",
@@ -65,7 +66,7 @@ _from_option = click.option(
 _to_option = click.option(
     "--to",
     "end",
-    type=click.FloatRange(0.0),
+    type=QuantityRange("s"),
     default=math.inf,
     metavar="S",
     help="Last time that counts, [s] since the first stamp of the bag.  [default: the end]",

@@ -18,6 +18,7 @@ from hybrid_dynamics_ros.bags.trajectory_file import Trajectory, read_trajectory
 
 from ..output import show, written
 from ..parameters import json_option, loaded
+from ..quantities import QuantityRange
 from .common import PATH, robot_option, tell_unused
 
 DEFAULT_SECONDS: Final = 10.0
@@ -40,11 +41,11 @@ Examples:
     "--trajectory", type=PATH, metavar="FILE", help="CSV or .npz file, as `simulate --save` writes."
 )
 @click.option(
-    "--seconds", type=click.FloatRange(0.01), help="How long, of a simulation [s].  [default: 10]"
+    "--seconds", type=QuantityRange("s", 0.01), help="How long, of a simulation [s].  [default: 10]"
 )
 @click.option(
     "--rate",
-    type=click.FloatRange(0.1, 1e5),
+    type=QuantityRange("1/s", 0.1, 1e5),
     help="Messages a second, of a simulation.  [default: 1000]",
 )
 @click.option(

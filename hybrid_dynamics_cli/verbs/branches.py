@@ -19,6 +19,7 @@ from hybrid_dynamics_core.ground.wording import counted
 from ..limits import beyond
 from ..output import by_name, constant_axes, number, show, table, written
 from ..parameters import json_option, loaded_undecided, robot_argument, u_option, vector
+from ..quantities import coordinate_units
 from ..writing import draw_option, overwrite_option, picture_for
 
 LINE = 79  # letters of a line of text
@@ -45,7 +46,7 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
     place = None
     if picture is not None:
         place = picture_for(machine, picture, overwrite=overwrite)
-    values = vector("-u", u, machine.active, machine.reference)
+    values = vector("-u", u, machine.active, machine.reference, coordinate_units(machine))
     modes = machine.assembly_modes(values)
     current = None
     if not undecided:

@@ -20,6 +20,7 @@ from ..parameters import (
     vector,
     vector_option,
 )
+from ..quantities import effort_units
 
 EPILOG = """\b
 Examples:
@@ -40,7 +41,9 @@ def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json:
     """Accelerations that the actuators' efforts give."""
     machine = loaded(robot)
     state = closed(machine, u, du)
-    efforts = vector("--tau", tau, machine.active, np.zeros(len(machine.active)))
+    efforts = vector(
+        "--tau", tau, machine.active, np.zeros(len(machine.active)), effort_units(machine)
+    )
     ddu = machine.forward_dynamics(state, efforts)
     dds = machine.accelerations(state, ddu)
     rows: list[list[object]] = []

@@ -15,7 +15,8 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond
 from ..output import by_name, number, show, table, zero_if_small
-from ..parameters import NUMBER, json_option, loaded, options, robot_argument, vector, vector_option
+from ..parameters import json_option, loaded, options, robot_argument, vector, vector_option
+from ..quantities import NumberType, coordinate_units
 
 _PLACE_OPTIONS = ("--position", "--quaternion")
 _AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -80,7 +81,7 @@ def _split_values(values: str) -> list[str]:
 @click.option(
     "--position",
     nargs=3,
-    type=NUMBER,
+    type=NumberType("m"),
     required=True,
     metavar="X Y Z",
     help="Of the end effector, in the base; or X,Y,Z.",
@@ -88,7 +89,7 @@ def _split_values(values: str) -> list[str]:
 @click.option(
     "--quaternion",
     nargs=4,
-    type=NUMBER,
+    type=NumberType("1"),
     metavar="X Y Z W",
     help="Its orientation; left out, it is free.",
 )
@@ -100,7 +101,7 @@ def _split_values(values: str) -> list[str]:
 @vector_option("--seed", help="Where the search starts; the robot's reference where left out.")
 @click.option(
     "--tolerance",
-    type=NUMBER,
+    type=NumberType("m"),
     default=1e-5,
     show_default=True,
     help=(
@@ -124,7 +125,7 @@ def command(
     target: Array | Pose = np.array(position)
     if quaternion:
         target = Pose.from_quaternion(position, quaternion)
-    start = vector("--seed", seed, machine.active, machine.reference)
+    start = vector("--seed", seed, machine.active, machine.reference, coordinate_units(machine))
     mask = _mask(axes)
     if mask is not None and any(mask[3:]) and not quaternion:
         raise click.BadParameter(

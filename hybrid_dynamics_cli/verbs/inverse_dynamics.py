@@ -21,6 +21,7 @@ from ..parameters import (
     vector,
     vector_option,
 )
+from ..quantities import coordinate_units
 
 HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]
 EPILOG = """\b
@@ -44,7 +45,13 @@ def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json:
     """
     machine = loaded(robot)
     state = closed(machine, u, du)
-    accelerations = vector("--ddu", ddu, machine.active, np.zeros(len(machine.active)))
+    accelerations = vector(
+        "--ddu",
+        ddu,
+        machine.active,
+        np.zeros(len(machine.active)),
+        coordinate_units(machine, "/s^2"),
+    )
     tau = machine.inverse_dynamics(state, accelerations)
     mass_matrix, speed, weight = machine.minimal_form(state)
     parts = {

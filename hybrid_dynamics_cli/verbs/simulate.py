@@ -22,6 +22,7 @@ from ..parameters import (
     vector,
     vector_option,
 )
+from ..quantities import QuantityRange, effort_units
 from ..writing import (
     MOTIONS,
     PICTURES,
@@ -34,7 +35,8 @@ from ..writing import (
 
 OF_WHAT = "of the energy exchanged"
 WEIGHT = "weight"
-POSITIVE = click.FloatRange(min=0.0, min_open=True)
+SECONDS = QuantityRange("s", above=True)
+FREQUENCY = QuantityRange("1/s", above=True)
 
 EPILOG = """\b
 Examples:
@@ -46,7 +48,7 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@click.option("--seconds", type=POSITIVE, default=2.0, show_default=True, help="How long [s].")
+@click.option("--seconds", type=SECONDS, default=2.0, show_default=True, help="How long [s].")
 @vector_option(
     "-u",
     "--u",
@@ -61,7 +63,7 @@ Examples:
         " where left out."
     ),
 )
-@click.option("--rate", type=POSITIVE, default=100.0, show_default=True, help="Samples a second.")
+@click.option("--rate", type=FREQUENCY, default=100.0, show_default=True, help="Samples a second.")
 @output_option("--save", "save", help="Write the motion to a .csv or .npz file.")
 @draw_option("plot", help="Draw it")
 @overwrite_option
@@ -124,7 +126,7 @@ def _efforts(machine: Robot, text: str | None) -> Any:
     if hint:
         problem = f"'{text}'{hint}; expected efforts, or `{WEIGHT}`"
         raise click.BadParameter(problem, param_hint="--tau")
-    return vector("--tau", text, machine.active, zero)
+    return vector("--tau", text, machine.active, zero, effort_units(machine))
 
 
 def facts(result: Simulation) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from ..parameters import (
     vector,
     vector_option,
 )
+from ..quantities import coordinate_units
 from ..writing import draw_option, overwrite_option, picture_for
 
 NEAR = 0.1  # distance to a singularity below which a sample counts as near one
@@ -116,10 +117,10 @@ def command(
     joints = None
     if axes is not None:
         joints = _two_joints(axes, machine)
-    base = vector("-u", u, machine.active, machine.reference)
+    base = vector("-u", u, machine.active, machine.reference, coordinate_units(machine))
     held = _held(machine, base, joints)
     with options("range"):
-        narrower = dict(pair(text) for text in ranges)
+        narrower = dict(pair(text, machine) for text in ranges)
         workspace = machine.workspace(samples, frame, narrower, held)
     data = facts(machine, workspace)
     lines = []

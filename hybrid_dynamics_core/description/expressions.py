@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import ast
 import math
-import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from ..ground.decimal_commas import POINT_HINT, with_point
+from ..ground.quantities import ANGLE, PLAIN, UNITS, Dimension, Quantity, described, mismatch
 from ..ground.suggestions import did_you_mean, suggestion
 from ..ground.wording import counted
 
@@ -23,37 +23,43 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # name: number of ar
     "acos": (1, math.acos),
     "atan2": (2, math.atan2),
 }
-_BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-}
-_UNIT_HINT = "units are fixed: m, kg, s, N, rad (30*deg)"
-_WITH_UNIT = re.compile(  # 18 kg, 70mm
-    r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
-    r"(t|kg|g|lbs?|km|m|dm|cm|mm|um|µm|in|inch|ft|\"|k?N|k?N[ *]?m|s|ms|rad|grad|°|kg["
-    r" *]?m(\^|\*\*)?[2²])\s*$"
+_UNIT_HINT = "units are factors, as 65*mm, 200*bar, 3*kN*m, 30*deg"
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_WITH_UNIT = re.compile(  # 18 kg, 70mm, 3 lb
+    rf"^\s*[-+]?{_NUMBER}\s*(µm|\"|°|[a-zA-Z]+([ *]?[a-zA-Z]+)?(\^|\*\*)?[2²]?)\s*$"
 )
-_NO_SIGN = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)\s*(deg|pi)\b")  # 60deg, 2 pi
+_LONGEST_FIRST = "|".join(sorted([*UNITS, "pi"], key=len, reverse=True))
+_NO_SIGN = re.compile(rf"(?<![\w.])({_NUMBER})\s*({_LONGEST_FIRST})\b")  # 60deg, 2 pi, 70 mm
+_SQUARE = re.compile(r"\b([a-zA-Z]+)(?:\^|\*\*)?2\b")  # m^2, m2
+_APART = re.compile(rf"\b({_LONGEST_FIRST})\s+({_LONGEST_FIRST})\b")  # N m
 
 
 class _NotAllowedError(ValueError):
     """Something in an expression that no number needs."""
 
 
-def evaluate(text: str, names: Mapping[str, float], names_are: str = "parameters") -> float:
-    """Value of an arithmetic expression: numbers, names, pi, deg, + - * /, parentheses, functions.
+def evaluate(
+    text: str,
+    names: Mapping[str, float],
+    names_are: str = "parameters",
+    units: Sequence[str] = (),
+) -> float:
+    """Value of an arithmetic expression.
 
-    `deg` is pi/180, so that 30*deg is an angle in radians.
+    It has numbers, names, pi, units, + - * /, parentheses and functions. Units are factors, so that
+    30*deg is an angle in radians and 200*bar a pressure in pascals. A name of `names` goes before a
+    unit of this name.
 
     Args:
         text: the expression.
-        names: values of the names that it may use.
-        names_are: what these are, for messages; "" where there are none but pi and deg.
+        names: values of the names that it may use, in SI units.
+        names_are: what these are, for messages; "" where there are none but pi and units.
+        units: that the value may be in, such as `N m`, any of them; none where all may be. They
+            count where the expression has units.
 
     Raises:
-        ValueError: it has no value; the message reads as the end of a sentence.
+        ValueError: it has no value, or is in another unit; the message reads as the end of a
+            sentence.
         OverflowError: the value is too large.
     """
     if len(text) > MAX_LENGTH:
@@ -66,61 +72,108 @@ def evaluate(text: str, names: Mapping[str, float], names_are: str = "parameters
     if point:
         raise ValueError(f"'{text}' is no number{POINT_HINT}{did_you_mean(point)}")
     try:
-        return _Evaluation(names, names_are).value(tree.body)
+        quantity = _Evaluation(text, names, names_are).summand(tree.body)
     except ZeroDivisionError:
         raise ValueError(f"'{text}' divides by zero") from None
     except _NotAllowedError:
-        terms = ", ".join(filter(None, ("numbers", names_are, "pi", "deg")))
+        terms = ", ".join(filter(None, ("numbers", names_are, "pi", "units")))
         allowed = f"{terms}, + - * /, parentheses and {', '.join(FUNCTIONS)}"
         raise ValueError(f"'{text}' has something else than {allowed}") from None
+    problem = mismatch(quantity.dimension, units)
+    if problem:
+        raise ValueError(f"'{text}' {problem}")
+    return quantity.value
 
 
 def _no_expression(text: str, names_are: str) -> str:
     """The message for a text that cannot be parsed, with what may have been meant."""
     stripped = text.strip()
-    with_signs = _NO_SIGN.sub(r"\1*\2", stripped)
+    with_signs = _with_factors(stripped)
     hint = ""
     if with_signs != stripped:
         hint = did_you_mean(with_signs)
     elif _WITH_UNIT.match(text):
-        return f"'{text}' has a unit; {_UNIT_HINT}: write the number alone, in these"
-    terms = "numbers, pi and deg"
+        return f"'{text}' has a unit that is not known here; {_UNIT_HINT}"
+    terms = "numbers, pi and units"
     if names_are:
-        terms = f"numbers and {names_are}"
+        terms = f"numbers, {names_are} and units"
     return f"'{text}' is neither a number nor an expression (+ - * / over {terms}){hint}"
+
+
+def _with_factors(text: str) -> str:
+    """The text with its units as factors: 0.5 kg m^2 becomes 0.5*kg*m*m."""
+    plain = text.replace("°", "deg").replace("²", "^2")
+    squares = _SQUARE.sub(r"\1*\1", plain)
+    return _APART.sub(r"\1*\2", _NO_SIGN.sub(r"\1*\2", squares))
 
 
 class _Evaluation:
     """Walks the tree of one expression."""
 
-    def __init__(self, names: Mapping[str, float], names_are: str) -> None:
+    def __init__(self, text: str, names: Mapping[str, float], names_are: str) -> None:
+        self.text = text
         self.names = names
         self.names_are = names_are
 
-    def value(self, node: ast.expr) -> float:
+    def value(self, node: ast.expr) -> Quantity:
         if isinstance(node, ast.Constant):
-            return _literal(node.value)
+            return Quantity(_literal(node.value))
         if isinstance(node, ast.Name):
             return self.named(node.id)
         if isinstance(node, ast.UnaryOp):
             return self.signed(node)
-        if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-            operate = _BINARY[type(node.op)]
-            operands = (self.value(node.left), self.value(node.right))
-            return operate(*operands)
+        if isinstance(node, ast.BinOp):
+            return self.combined(node)
         if isinstance(node, ast.Call):
             return self.called(node)
         raise _NotAllowedError
 
-    def signed(self, node: ast.UnaryOp) -> float:
+    def summand(self, node: ast.expr) -> Quantity:
+        """A part of a sum, which has to be more than a unit."""
+        quantity = self.value(node)
+        if quantity.has_number:
+            return quantity
+        part = ast.unparse(node).replace(" ", "")
+        existing = ""
+        if self.names_are:
+            existing = f", and none of the {self.names_are} ({', '.join(self.names) or 'none'})"
+        raise ValueError(f"'{part}' is a unit without a number{existing}; write 1*{part}")
+
+    def signed(self, node: ast.UnaryOp) -> Quantity:
         if not isinstance(node.op, (ast.USub, ast.UAdd)):
             raise _NotAllowedError
-        value = self.value(node.operand)
+        quantity = self.value(node.operand)
         if isinstance(node.op, ast.USub):
-            return -value
-        return value
+            return quantity._replace(dividend=-quantity.dividend)
+        return quantity
 
-    def called(self, node: ast.Call) -> float:
+    def combined(self, node: ast.BinOp) -> Quantity:
+        if isinstance(node.op, ast.Mult):
+            return self.value(node.left).times(self.value(node.right))
+        if isinstance(node.op, ast.Div):
+            return self.value(node.left).over(self.value(node.right))
+        if not isinstance(node.op, (ast.Add, ast.Sub)):
+            raise _NotAllowedError
+        left = self.summand(node.left)
+        right = self.summand(node.right)
+        dimension = self.common([left, right])
+        if isinstance(node.op, ast.Add):
+            return Quantity(left.value + right.value, dimension)
+        return Quantity(left.value - right.value, dimension)
+
+    def common(self, parts: Sequence[Quantity]) -> Dimension | None:
+        """The dimension of parts of which all that have one have the same."""
+        written = {part.dimension for part in parts} - {None, PLAIN}
+        if len(written) > 1:
+            words = " and ".join(sorted(map(described, filter(None, written))))
+            raise ValueError(f"'{self.text}' puts {words} together, which do not go together")
+        if written:
+            return written.pop()
+        if any(part.dimension is None for part in parts):
+            return None
+        return PLAIN
+
+    def called(self, node: ast.Call) -> Quantity:
         if not isinstance(node.func, ast.Name) or node.keywords:
             raise _NotAllowedError
         name = node.func.id
@@ -129,24 +182,48 @@ class _Evaluation:
         count, function = FUNCTIONS[name]
         if len(node.args) != count:
             raise ValueError(f"{name}() takes {counted(count, 'value')}")
-        arguments = [self.value(argument) for argument in node.args]
+        arguments = [self.summand(argument) for argument in node.args]
+        dimension = self.after(name, arguments)
+        values = [argument.value for argument in arguments]
         try:
-            return function(*arguments)
+            return Quantity(function(*values), dimension)
         except ValueError:
-            listed = ", ".join(f"{argument:g}" for argument in arguments)
+            listed = ", ".join(f"{value:g}" for value in values)
             raise ValueError(f"{name}({listed}) has no value") from None
 
-    def named(self, name: str) -> float:
+    def after(self, name: str, arguments: Sequence[Quantity]) -> Dimension | None:
+        """The dimension of what a function gives."""
+        dimension = self.common(arguments)
+        if name == "abs":
+            return dimension
+        if name == "sqrt":
+            return self.root(dimension)
+        if name != "atan2" and dimension not in (None, PLAIN, ANGLE):
+            raise ValueError(
+                f"{name}() of '{self.text}' is of {described(dimension)}; expected an angle or a"
+                " number without a unit"
+            )
+        return PLAIN
+
+    def root(self, dimension: Dimension | None) -> Dimension | None:
+        if dimension is None:
+            return None
+        if any(power % 2 for power in dimension):
+            raise ValueError(f"sqrt() of '{self.text}' is of {described(dimension)}, no square")
+        m, kg, s, rad = (power // 2 for power in dimension)
+        return m, kg, s, rad
+
+    def named(self, name: str) -> Quantity:
         if name == "pi":
-            return math.pi
+            return Quantity(math.pi)
         if name in self.names:
-            return self.names[name]
-        if name == "deg":  # unless a file has a parameter of this name
-            return math.pi / 180.0
+            return Quantity(self.names[name], None)
+        if name in UNITS:
+            return UNITS[name]
+        hint = suggestion(name, [*self.names, *UNITS])
         if not self.names_are:
-            raise ValueError(f"'{name}' is not a number, pi or deg")
+            raise ValueError(f"'{name}' is not a number, pi or a unit{hint}")
         existing = ", ".join(self.names) or "none"
-        hint = suggestion(name, self.names)
         raise ValueError(f"'{name}' is not one of the {self.names_are} ({existing}){hint}")
 
 

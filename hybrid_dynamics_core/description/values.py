@@ -15,6 +15,7 @@ from ..ground.wording import singular_or_plural
 from .document import Data, Document, KeyPath
 from .expressions import evaluate
 from .geometry import IDENTITY, Transform, rotation_from_rpy, rotation_with_z_axis, unit_axis
+from .value_units import units_at
 
 ENDLESS = 1e4  # [rad] limits beyond this mean that there are none
 _ONE_TURN = 1.01 * math.tau  # [rad] a printed turn is 6.28 or 6.3
@@ -22,7 +23,7 @@ _PI_SLACK = 1e-5  # relative: multiples of pi as programs print them
 _LARGEST = 1e12  # beyond this an SI value of a robot is a slip
 _ZERO_VECTOR = [0, 0, 0]
 
-_ANGLE_UNIT = re.compile(r"\b(pi|deg)\b")
+_ANGLE_UNIT = re.compile(r"\b(pi|deg|rad|rpm)\b")
 _SINGLE_TERM = re.compile(r"\s*[-+]?[\w.]+\s*")
 
 T = TypeVar("T")
@@ -49,8 +50,9 @@ class ValueReader:
     def number_or_infinity(self, value: Scalar, path: KeyPath) -> float:
         """A number, where infinity has a meaning."""
         names = self.document.scope(path, self.parameters)
+        units = units_at(self.document, path)
         try:
-            return number_from(value, names)
+            return number_from(value, names, units)
         except (ValueError, OverflowError) as error:
             raise self.document.error(path, str(error)) from error
 
@@ -154,14 +156,19 @@ def read_each(read: Callable[[Any, KeyPath], T], values: Iterable[Any], path: Ke
     return [read(value, (*path, k)) for k, value in enumerate(values)]
 
 
-def number_from(value: Scalar, names: Mapping[str, float]) -> float:
+def number_from(value: Scalar, names: Mapping[str, float], units: Sequence[str] = ()) -> float:
     """The value of a number, or of an expression over names.
+
+    Args:
+        value: the number or the expression.
+        names: that the expression may use.
+        units: in which it may be; all if none is named.
 
     Raises:
         ValueError, OverflowError: the expression has no value.
     """
     if isinstance(value, str):
-        return evaluate(value, names)
+        return evaluate(value, names, units=units)
     return float(value)
 
 

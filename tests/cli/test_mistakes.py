@@ -112,7 +112,7 @@ def flat(result: Answer) -> str:
         ),
         (
             ("workspace", "excavator", "--range", "slew=0:x"),
-            "'x' is not a number, pi or deg; expected NAME=LOW:HIGH",
+            "'x' is not a number, pi or a unit; expected NAME=LOW:HIGH",
         ),
         (
             ("workspace", "excavator", "--range", "boom_cylindr=0:1"),
@@ -120,16 +120,16 @@ def flat(result: Answer) -> str:
         ),
         (
             ("fk", "excavator", "-u", "boom_cylinder=70mm"),
-            "'70mm' has a unit; units are fixed: m, kg, s, N, rad (30*deg)",
+            "(did you mean '70*mm'?)",
         ),
-        (("fk", "excavator", "-u", "boom_cylinder=0.7 m"), "'0.7 m' has a unit; units are fixed"),
-        (("fk", "excavator", "-u", "boom_cylinder=much"), "'much' is not a number, pi or deg"),
+        (("fk", "excavator", "-u", "boom_cylinder=0.7 m"), "(did you mean '0.7*m'?)"),
+        (("fk", "excavator", "-u", "boom_cylinder=much"), "'much' is not a number, pi or a unit"),
         (
             ("fk", "five_bar", "-u", "0 -0.06*pi"),
             "-u: 1 value; expected 3, for q_L, q_R, q_T; values are parted by commas: 0,-0.06*pi",
         ),
-        (("fk", "five_bar", "-u", "0.1 2"), "deg); values are parted by commas: 0.1,2"),
-        (("fk", "five_bar", "-u", "0.1;2"), "deg); values are parted by commas: 0.1,2"),
+        (("fk", "five_bar", "-u", "0.1 2"), "units); values are parted by commas: 0.1,2"),
+        (("fk", "five_bar", "-u", "0.1;2"), "units); values are parted by commas: 0.1,2"),
         (
             ("fk", "excavator", "-u", "slew=1 boom_cylinder=2"),
             "'slew=1 boom_cylinder=2'; values are parted by commas: slew=1,boom_cylinder=2",
@@ -140,11 +140,11 @@ def flat(result: Answer) -> str:
         ),
         (
             ("fk", "excavator", "-u", "boom_cylinder=1;2"),
-            "numbers, pi and deg); values are parted by commas",
+            "numbers, pi and units); values are parted by commas",
         ),
         (
             ("fk", "excavator", "-u", "boom_cylinder=1;2"),
-            "neither a number nor an expression (+ - * / over numbers, pi and deg)",
+            "neither a number nor an expression (+ - * / over numbers, pi and units)",
         ),
     ],
 )

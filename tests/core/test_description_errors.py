@@ -50,7 +50,7 @@ CASES = {
         "L1: 0.7",
         "L1: 0.7 m",
         "parameters.L1",
-        "'0.7 m' has a unit; units are fixed: m, kg",
+        "(did you mean '0.7*m'?)",
     ),
     "code is no expression": (
         "L1: 0.7",

@@ -87,13 +87,29 @@ def test_a_file_without_its_format_says_how_to_write_it() -> None:
     )
 
 
-@pytest.mark.parametrize("value", ["18 kg", "70mm", "70 mm", "0.5 kg m^2", "1e3 N", "90°"])
-def test_units_are_fixed(value: str) -> None:
+UNITS = {
+    "18 kg": "18*kg",
+    "70mm": "70*mm",
+    "70 mm": "70*mm",
+    "0.5 kg m^2": "0.5*kg*m*m",
+    "0.5 kg m²": "0.5*kg*m*m",
+    "1e3 N": "1e3*N",
+    "3 N m": "3*N*m",
+    "90°": "90*deg",
+}
+
+
+@pytest.mark.parametrize(("value", "meant"), UNITS.items())
+def test_units_without_a_sign_are_told_with_it(value: str, meant: str) -> None:
     text = message_of(four_bar("A").replace("tool: {mass: 0.5}", f"tool: {{mass: {value}}}"))
-    assert (
-        f"tool.mass: '{value}' has a unit; units are fixed: m, kg, s, N, rad (30*deg): write"
-        in text
-    )
+    assert f"tool.mass: '{value}' is neither a number nor an expression" in text
+    assert f"(did you mean '{meant}'?)" in text
+
+
+@pytest.mark.parametrize("value", ["3 lb", "5 in", "7 furlongs"])
+def test_units_that_are_not_known_are_told(value: str) -> None:
+    text = message_of(four_bar("A").replace("tool: {mass: 0.5}", f"tool: {{mass: {value}}}"))
+    assert f"tool.mass: '{value}' has a unit that is not known here; units are factors, as" in text
 
 
 def test_a_type_that_does_not_fit_is_reported_in_words_of_the_file() -> None:

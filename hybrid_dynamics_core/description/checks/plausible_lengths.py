@@ -9,6 +9,7 @@ import numpy as np
 from ...ground.arrays import Array
 from ..document import Document, KeyPath
 from ..model import Joint, RobotDescription
+from .plausible_cylinders import warn_of_cylinders
 
 # A bucket-wheel excavator, the longest machine that moves on land, is 225 m long.
 _LONGEST_REACH = 250.0  # [m]
@@ -21,11 +22,12 @@ _Length = tuple[float, KeyPath]  # a length [m], and where it is written
 
 
 def warn_of_lengths(document: Document, robot: RobotDescription) -> None:
-    """Warn of strokes, inertias and lengths that do not fit the size of a robot."""
+    """Warn of strokes, inertias, cylinders and lengths that do not fit the size of a robot."""
     lengths = _longest_path(robot)
     reach = _total(lengths)
     _warn_of_strokes(document, robot, reach)
     _warn_of_inertias(document, robot, reach)
+    warn_of_cylinders(document, robot, reach)
     if reach > _LONGEST_REACH:
         length, path = max(lengths, key=lambda item: item[0])
         document.warn(

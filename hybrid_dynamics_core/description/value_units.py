@@ -1,0 +1,96 @@
+"""Which units a value of a description may be written in, by its key."""
+
+from __future__ import annotations
+
+from ..ground.units import coordinate_unit, effort_unit
+from .document import Document, KeyPath
+
+Units = tuple[str, ...]
+
+_ANY: Units = ()
+_INERTIA: Units = ("kg m^2",)
+_BY_KEY: dict[str, Units] = {
+    "gravity": ("m/s^2",),
+    "mass": ("kg",),
+    "com": ("m",),
+    "xyz": ("m",),
+    "rpy": ("rad",),
+    "inertia": _INERTIA,
+    "principal": _INERTIA,
+    "xx": _INERTIA,
+    "yy": _INERTIA,
+    "zz": _INERTIA,
+    "xy": _INERTIA,
+    "xz": _INERTIA,
+    "yz": _INERTIA,
+    "length": ("m",),
+    "radius": ("m",),
+    "inner": ("m",),
+    "size": ("m",),
+    "rotor_inertia": _INERTIA,
+    "bore": ("m",),
+    "rod": ("m",),
+    "stroke": ("m",),
+    "return_pressure": ("Pa",),
+    "supply_pressure": ("Pa",),
+}
+_COORDINATES = ("limits", "offset", "rest")
+_RATES = ("velocity_limit", "smoothing")
+_EFFORTS = ("effort_limit", "coulomb", "preload")
+_OF_TURNS: dict[str, Units] = {  # of revolute joints; a radian may be left out
+    "viscous": ("N m s/rad", "N m s"),
+    "stiffness": ("N m/rad", "N m"),
+    "gear_ratio": ("1",),
+}
+_OF_SLIDES: dict[str, Units] = {
+    "viscous": ("N s/m",),
+    "stiffness": ("N/m",),
+    "gear_ratio": ("rad/m",),
+}
+
+
+def units_at(document: Document, path: KeyPath) -> Units:
+    """The units in which a value may be, any of them; none where all may be.
+
+    Args:
+        document: the description.
+        path: of the value.
+    """
+    keys = [key for key in path if isinstance(key, str)]
+    section = keys[0] if keys else ""
+    if section == "closures":
+        return _at_closure(keys)
+    if section == "reference":
+        return _of_joint(document, keys[-1], "limits")
+    if section == "joints" and len(keys) > 2:
+        units = _of_joint(document, keys[1], keys[-1])
+        if units:
+            return units
+    if section in ("links", "joints", "frames", "payloads", "actuators", "gravity", "end_effector"):
+        return _BY_KEY.get(keys[-1], _ANY)
+    return _ANY
+
+
+def _at_closure(keys: list[str]) -> Units:
+    """An end of a closure is a point, or a pose under the name of its link."""
+    if len(keys) == 4:
+        return ("m",)
+    if len(keys) == 5:
+        return _BY_KEY.get(keys[4], _ANY)
+    return _ANY
+
+
+def _of_joint(document: Document, name: str, key: str) -> Units:
+    """Units of what a joint has along its coordinate."""
+    joint = document.entries("joints").get(name) or {}
+    joint_type = joint.get("type")
+    if joint_type not in ("revolute", "prismatic"):
+        return _ANY
+    if key in _COORDINATES:
+        return (coordinate_unit(joint_type),)
+    if key in _RATES:
+        return (coordinate_unit(joint_type, "/s"),)
+    if key in _EFFORTS:
+        return (effort_unit(joint_type),)
+    table = _OF_TURNS if joint_type == "revolute" else _OF_SLIDES
+    return table.get(key, _ANY)
