@@ -104,7 +104,9 @@ class RandomModel:
     def add_defaults(self) -> None:
         main = SubElement(self.root, "default")
         # What a ball joint cannot have stands in a class of its own:
-        plain = {"damping": "0.4"} if not set(self.types) & set(COMPOUND) else {}
+        plain = (
+            {"damping": "0.4", "armature": "0.05"} if not set(self.types) & set(COMPOUND) else {}
+        )
         SubElement(main, "joint", {"axis": "0 1 0", **plain})
         SubElement(main, "geom", density="700", type="capsule", size="0.04 0.1")
         SubElement(main, "position", kp="30")
@@ -169,7 +171,7 @@ class RandomModel:
             "stiffness": "3.5",
         }
         for attribute, value in attributes.items():
-            if self.chance():
+            if self.chance() or (attribute == "armature" and set(self.types) & set(COMPOUND)):
                 joint.set(attribute, value)
 
     def add_mass(self, body: Element) -> None:

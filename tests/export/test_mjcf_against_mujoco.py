@@ -92,7 +92,12 @@ class Pair:
 @given(SEEDS)
 def test_hinges_and_slides_move_as_in_mujoco(seed: int) -> None:
     """Poses, efforts, limits and gaps of closures at a random state, loops open."""
-    pair = Pair(RandomModel(seed).text())
+    assert_moves_alike(RandomModel(seed).text(), seed)
+
+
+def assert_moves_alike(text: str, seed: int) -> None:
+    """A file of hinges and slides is the same here and in MuJoCo."""
+    pair = Pair(text)
     model, data = pair.model, pair.data
     rng = np.random.default_rng(seed)
     data.qpos[:], data.qvel[:], data.qacc[:] = rng.uniform(-1, 1, (3, model.nv))
@@ -217,3 +222,11 @@ def quaternions_and_twists(
     position = drawn.pos + [q[slide] for slide in slides]
     velocity = [v[slide] for slide in slides]
     return np.concatenate([position, turned]), np.concatenate([velocity, spin])
+
+
+@examples(30, phases=(Phase.explicit, Phase.generate))
+@given(SEEDS)
+def test_what_mujoco_saves_is_read_as_mujoco_reads_it(seed: int) -> None:
+    spec = mujoco.MjSpec.from_string(RandomModel(seed).text())
+    spec.compile()
+    assert_moves_alike(spec.to_xml(), seed)

@@ -109,7 +109,8 @@ def test_a_loop_is_closed_where_the_file_draws_it(tmp_path: Path) -> None:
         {"a": 0.0, "b": 0.0, "c": 0.3}, abs=1e-9
     )
     assert robot.description.effects["b"].viscous == 0.1
-    assert "gear of <general> is left out (line 16)" in robot.description.notes
+    (note,) = (note for note in robot.description.notes if "gear" in note)
+    assert note == "model.xml:16: gear of <general> is 50; efforts here are of the joint"
 
 
 def test_motors_lead_the_joints_that_are_coupled_with_them(tmp_path: Path) -> None:
@@ -162,3 +163,39 @@ def test_bounds_of_the_compiler_raise_light_bodies_with_a_note(tmp_path: Path) -
     link = robot.description.links["rod"]
     assert (link.mass, link.inertia[0, 0]) == (3.0, 0.5)
     assert any("raised or balanced" in note for note in robot.description.notes)
+
+
+PANDA = """<tendon><fixed name="both"><joint joint="j1" coef=".5"/><joint joint="j2" coef=".5"/>
+</fixed></tendon><actuator><general tendon="both"/></actuator>"""
+
+
+def test_a_tendon_of_coupled_joints_is_one_drive(tmp_path: Path) -> None:
+    tied = '<equality><joint joint1="j1" joint2="j2"/></equality>'
+    robot = read(tmp_path, model(on=ARM, tail=tied + PANDA))
+    assert robot.active == ("j1",)
+    with pytest.raises(DescriptionError, match="drives a tendon of j1, j2, which no equality"):
+        read(tmp_path, model(on=ARM, tail=PANDA))
+
+
+DRIVES = {
+    '<motor joint="j1" gear="50" forcerange="-2 2"/>': 100.0,
+    '<position joint="j1" forcerange="-3 5"/>': 5.0,
+    '<motor joint="j1" forcerange="-2 2"/><velocity joint="j1" forcerange="-1 1"/>': 3.0,
+    '<motor joint="j1" forcerange="-2 2"/><velocity joint="j1"/>': math.inf,
+    '<motor joint="j1" forcerange="-2 2" forcelimited="false"/>': math.inf,
+}
+
+
+@pytest.mark.parametrize(("drives", "limit"), DRIVES.items())
+def test_forces_of_actuators_through_their_gears_limit_efforts(
+    drives: str, limit: float, tmp_path: Path
+) -> None:
+    robot = read(tmp_path, model(tail=f"<actuator>{drives}</actuator>"))
+    assert robot.description.joints["j1"].effort_limit == limit
+
+
+def test_the_drawn_pose_is_moved_into_the_limits(tmp_path: Path) -> None:
+    limited = model().replace('name="j1"', 'name="j1" range=".2 1"')
+    robot = read(tmp_path, limited)
+    assert robot.reference == pytest.approx([0.2])
+    assert any("drawn at 0, beyond its limits" in note for note in robot.description.notes)

@@ -202,7 +202,7 @@ def test_what_is_left_out_is_noted_with_its_line(word: str, note: str, tmp_path:
     )
     notes = read(tmp_path, text).description.notes
     assert note in notes
-    assert "model.sdf:9: <light> beside the model is left out" in notes
+    assert "model.sdf:10: <light> beside the model is left out" in notes
 
 
 def test_limits_of_a_continuous_joint_are_noted(tmp_path: Path) -> None:

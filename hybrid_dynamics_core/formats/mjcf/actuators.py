@@ -6,6 +6,7 @@ from ...ground.suggestions import suggestion
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .bodies import BodyReader
+from .joints import largest_of, range_word
 from .tendons import TendonReader
 
 _JOINT_WORDS = ("joint", "jointinparent")
@@ -20,6 +21,7 @@ class ActuatorReader:
         self.tendons = tendons
         self.pulled: list[tuple[LocatedElement, list[str]]] = []  # joints of a tendon
         self.bodies = bodies
+        self.on_joints: dict[str, list[LocatedElement]] = {}
         self.single: set[str] = set()  # hinges and slides
         for joint in bodies.joints:
             if any(freedom.name == joint.name for freedom in joint.freedoms):
@@ -34,7 +36,9 @@ class ActuatorReader:
         driven: dict[str, LocatedElement] = {}
         for section in self.xml.root.all("actuator"):
             for element in section.children:
-                driven.setdefault(self._joint(element), element)
+                joint = self._joint(element)
+                driven.setdefault(joint, element)
+                self.on_joints.setdefault(joint, []).append(element)
         return driven
 
     def _joint(self, element: LocatedElement) -> str:
@@ -76,3 +80,35 @@ class ActuatorReader:
                     f"drives a tendon of {', '.join(joints)}, which no equality couples; expected"
                     " one coordinate: joint=, or a tendon of joints that follow one another",
                 )
+
+    def add_effort_limits(self) -> None:
+        """Limit the efforts of joints to what their actuators give, where joints do not say."""
+        joints = self.xml.document.section("joints")
+        pulled = [element for element, _ in self.pulled]
+        for name, elements in self.on_joints.items():
+            limits: list[float] = []
+            for element in elements:
+                limits.extend(self._effort(element, name))
+                if element in pulled:  # a tendon has another lever
+                    self.xml.note(element, "the effort limit of a tendon's drive is left out")
+                    limits = []
+            if len(limits) == len(elements) and joints[name]["type"] != "fixed":
+                joints[name].setdefault("effort_limit", sum(limits))
+
+    def _effort(self, element: LocatedElement, name: str) -> list[float]:
+        """The largest effort along a joint; none where it has no bound."""
+        key = ("joints", name, "effort_limit")
+        gear, *others = self.xml.leading_numbers(element, "gear", key) or [1.0]
+        if gear != 1.0 or any(others):
+            text = (
+                f"gear of <{element.tag}> is {element.get('gear')}; efforts here are of the joint"
+            )
+            self.xml.note(element, text)
+        word = range_word(self.xml, element, "forcelimited", key)
+        force = largest_of(self.xml, element, "forcerange", key)
+        if force is None:
+            return []
+        if word == "false":
+            self.xml.note(element, 'forcerange is left out: forcelimited="false"')
+            return []
+        return [abs(gear) * force]

@@ -173,22 +173,16 @@ class JointReader:
         return {"limits": [unit * limit for limit in limits]}
 
     def _effort_limit(self, joint: LocatedElement, path: KeyPath) -> Data:
-        """The largest effort; of a range that is not the same both ways the larger end."""
+        """The largest effort."""
         key = (*path, "effort_limit")
-        is_off = self._word(joint, "actuatorfrclimited", path) == "false"
-        if is_off or "actuatorfrcrange" not in joint.attributes:
+        if range_word(self.xml, joint, "actuatorfrclimited", path) == "false":
             return {}
-        lower, upper = self.xml.numbers(joint, "actuatorfrcrange", 2, key)
-        largest = max(-lower, upper)
-        if lower != -upper:
-            _, name = path
-            text = f"joint {name} has efforts of {lower:g} to {upper:g}; kept: {largest:g}"
-            self.xml.note(joint, text)
-        return {"effort_limit": largest}
+        largest = largest_of(self.xml, joint, "actuatorfrcrange", key)
+        return {} if largest is None else {"effort_limit": largest}
 
     def _is_limited(self, joint: LocatedElement, path: KeyPath) -> bool:
         """Whether a joint has limits: what `limited` says, or else a range above zero."""
-        limited = self._word(joint, "limited", path)
+        limited = range_word(self.xml, joint, "limited", path)
         if limited != "auto":
             return limited == "true"
         if "range" not in joint.attributes:
@@ -203,14 +197,6 @@ class JointReader:
         text = f"joint {name}: the range {lower:g} {upper:g} is no limit, as in MuJoCo"
         self.xml.note(joint, text)
         return False
-
-    def _word(self, joint: LocatedElement, attribute: str, path: KeyPath) -> str:
-        """Whether a range holds: auto, true or false."""
-        word = joint.get(attribute, "auto")
-        if word not in _RANGE_WORDS:
-            problem = f"{attribute} is '{word}'; expected {' or '.join(_RANGE_WORDS)}"
-            raise self.xml.error(joint, path, problem)
-        return word
 
     def _effects(self, joint: LocatedElement, unit: float, path: KeyPath) -> Data:
         """Friction, drive and spring of a joint."""
@@ -268,3 +254,26 @@ def angles_of(rotation: Array) -> list[float]:
     roll = float(np.arctan2(-rotation[1, 2], rotation[2, 2]))
     yaw = float(np.arctan2(-rotation[0, 1], rotation[0, 0]))
     return [roll, pitch, yaw]
+
+
+def largest_of(
+    xml: XmlReader, element: LocatedElement, attribute: str, key: KeyPath
+) -> float | None:
+    """The larger end of a range of efforts, with a note where its ends differ."""
+    if attribute not in element.attributes:
+        return None
+    lower, upper = xml.numbers(element, attribute, 2, key)
+    largest = max(-lower, upper)
+    if lower != -upper:
+        text = f"{attribute} of <{element.tag}> is {lower:g} to {upper:g}; kept: {largest:g}"
+        xml.note(element, text)
+    return largest
+
+
+def range_word(xml: XmlReader, element: LocatedElement, attribute: str, key: KeyPath) -> str:
+    """Whether a range holds: auto, true or false."""
+    word = element.get(attribute, "auto")
+    if word not in _RANGE_WORDS:
+        problem = f"{attribute} is '{word}'; expected {' or '.join(_RANGE_WORDS)}"
+        raise xml.error(element, key, problem)
+    return word

@@ -94,6 +94,7 @@ class _MjcfReader:
         couplings.add(driven)
         tendons.add(driven)
         actuators.check_tendons()
+        actuators.add_effort_limits()
         self.add_active(driven)
         self.add_reference()
         self.add_extras()
@@ -153,9 +154,7 @@ class _MjcfReader:
     def add_reference(self) -> None:
         """Read the first keyframe with coordinates; without one, the robot is as drawn."""
         key = self.first_key()
-        reference = self.drawn()
-        if key is not None:
-            reference = self.coordinates(key)
+        reference = self.drawn() if key is None else self.coordinates(key)
         for name, joint in self.document.section("joints").items():
             if joint["type"] == "fixed":
                 reference.pop(name, None)

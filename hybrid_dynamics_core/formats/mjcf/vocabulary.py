@@ -19,13 +19,18 @@ _ENABLED = "enable"
 _CONTENT = "site geom body frame"
 _OMITTED_CONTENT = "camera light geom"
 _CONTROL = (
-    "ctrlrange ctrllimited forcerange forcelimited actrange actlimited lengthrange group user"
+    "ctrlrange ctrllimited actrange actlimited lengthrange group user"
     " delay interp nsample kp kv ki imax dampratio timeconst inheritrange posrange velrange ffrange"
     " slewmax input area diameter bias range force scale lmin lmax vmax fpmax fvmax dyntype"
-    " gaintype biastype dynprm gainprm biasprm actdim actearly tausmooth gear cranklength"
+    " gaintype biastype dynprm gainprm biasprm actdim actearly tausmooth cranklength"
 )
 _TRANSMISSIONS = "joint jointinparent tendon site refsite body cranksite slidersite"
-_DRIVE = vocabulary(f"name class {_TRANSMISSIONS}", omitted=_CONTROL, armature="0", damping="0")
+_DRIVE = vocabulary(
+    f"name class {_TRANSMISSIONS} gear forcerange forcelimited",
+    omitted=_CONTROL,
+    armature="0",
+    damping="0",
+)
 _TENDON = vocabulary(
     "name class limited",
     "joint site geom pulley",
