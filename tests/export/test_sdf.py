@@ -191,14 +191,9 @@ CRANK, MASS, AXIS = '<link name="crank">', "<mass>2</mass>", '<axis><xyz express
 # the robot is another one, or the axes are: (what stands there, what is put behind or before it,
 # words)
 CHANGED = {
-    "version 1.4": ('version="1.9"', 'version="1.4"', "version: is '1.4'; expected 1.7 or later"),
-    "version 1.6": (
-        'version="1.9"',
-        'version="1.6"',
-        "'gz sdf -p FILE' prints a file in the newest version",
-    ),
-    "no version": (' version="1.9"', "", "version: is ''; expected 1.7 or later"),
-    "no number": ('version="1.9"', 'version="new"', "version: is 'new'; expected 1.7 or later"),
+    "version 1.2": ('version="1.9"', 'version="1.2"', "version: is '1.2'; expected 1.3 or later"),
+    "no version": (' version="1.9"', "", "version: is ''; expected 1.3 or later"),
+    "no number": ('version="1.9"', 'version="new"', "version: is 'new'; expected 1.3 or later"),
     "axis in the model": (
         AXIS,
         f"<axis><use_parent_model_frame>1</use_parent_model_frame>{AXIS[6:]}",

@@ -220,3 +220,111 @@ def test_ties_in_words_of_drake_are_refused(tmp_path: Path) -> None:
     tie = '<drake:ball_constraint xmlns:drake="urn:d"/>'
     with pytest.raises(DescriptionError, match="<drake:ball_constraint> is not covered"):
         read(tmp_path, legs(BACKWARDS + tie))
+
+
+LEANING = """<joint name="b" type="revolute"><parent>leg</parent><child>platform</child>
+<pose>0 0 0 0.5 0 0</pose><axis><xyz>0 0 1</xyz>WORD</axis></joint>"""
+IN_THE_JOINT = [0.0, -np.sin(0.7), np.cos(0.7)]  # leant by 0.2 with the platform, 0.5 with itself
+FRAMES = {  # version and word, and where the axis stands in the world
+    ("1.4", ""): [0.0, 0.0, 1.0],
+    ("1.6", ""): IN_THE_JOINT,
+    ("1.6", "<use_parent_model_frame>1</use_parent_model_frame>"): [0.0, 0.0, 1.0],
+    ("1.6", "<use_parent_model_frame>0</use_parent_model_frame>"): IN_THE_JOINT,
+    ("1.7", ""): IN_THE_JOINT,
+}
+
+
+@pytest.mark.parametrize(("case", "axis"), FRAMES.items())
+def test_the_version_says_in_what_frame_an_axis_is(
+    case: tuple[str, str], axis: list[float], tmp_path: Path
+) -> None:
+    version, word = case
+    text = legs(LEANING.replace("WORD", word)).replace('version="1.9"', f'version="{version}"')
+    text = text.replace("<pose>0 0 0.4 0 0 0</pose>", "<pose>0 0 0.4 0.2 0 0</pose>")
+    robot = read(tmp_path, text)
+    start = rotations(robot, {})
+    turned = rotations(robot, {"b": 0.6})
+    expected = rotation_about(unit_axis(axis), 0.6) @ start
+    assert turned == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_name_of_a_link_and_a_joint_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match=r"joints\.leg: has the name of a link"):
+        read(tmp_path, legs(BACKWARDS.replace('name="b"', 'name="leg"')))
+
+
+def test_gravity_of_an_older_world_stands_in_its_physics(tmp_path: Path) -> None:
+    model = legs(BACKWARDS).replace('version="1.9"', 'version="1.4"')
+    world = '<world name="w"><physics type="ode"><gravity>0 0 -3</gravity></physics>'
+    text = model.replace("<model ", f"{world}<model ").replace("</model>", "</model></world>")
+    assert read(tmp_path, text).description.gravity == pytest.approx([0, 0, -3])
+
+
+def test_gravity_hangs_down_however_the_model_stands(tmp_path: Path) -> None:
+    """A model without a world too: turned by 0.1 as a model, and by 0.2 as its base link."""
+    text = legs(BACKWARDS)
+    leaning = '<pose>0 0 0 0.1 0 0</pose><link name="base"><pose>0 0 0 0.2 0 0</pose>'
+    text = text.replace('<link name="base">', leaning)
+    gravity = read(tmp_path, text).description.gravity
+    assert gravity == pytest.approx([0.0, -9.81 * np.sin(0.3), -9.81 * np.cos(0.3)])
+
+
+# Words of the specification, with a value that is not the default:
+WORDS = {
+    "model": (
+        "<static>1</static> <self_collide>1</self_collide> <enable_wind>1</enable_wind>"
+        " <allow_auto_disable>0</allow_auto_disable> <pose>1;0;0;0.1;0;0</pose> <include/>"
+        " <model/> <frame;name='f'/> <plugin/> <gripper/>"
+    ),
+    "link": (
+        "<gravity>0</gravity> <enable_wind>1</enable_wind> <self_collide>1</self_collide>"
+        " <kinematic>1</kinematic> <must_be_base_link>1</must_be_base_link>"
+        " <velocity_decay><linear>1</linear></velocity_decay> <collision/> <visual/> <sensor/>"
+        " <projector/> <audio_sink/> <audio_source/> <battery/> <light/> <particle_emitter/>"
+        " <plugin/> <unknown/>"
+    ),
+    "inertial": (
+        "<density>3</density> <fluid_added_mass><xx>3</xx></fluid_added_mass>"
+        " <pose>0.1;0;0;0;0;0</pose> <auto_inertia_params/> <unknown/>"
+    ),
+    "joint": (
+        "<gearbox_ratio>3</gearbox_ratio> <gearbox_reference_body>leg</gearbox_reference_body>"
+        " <thread_pitch>3</thread_pitch> <screw_thread_pitch>3</screw_thread_pitch> <axis2/>"
+        " <physics/> <sensor/> <plugin/> <pose>0.1;0;0;0.1;0;0</pose> <unknown/>"
+    ),
+    "axis": (
+        "<initial_position>1</initial_position> <limit><lower>-1</lower></limit>"
+        " <limit><upper>1</upper></limit> <limit><effort>3</effort></limit>"
+        " <limit><velocity>3</velocity></limit> <limit><stiffness>3</stiffness></limit>"
+        " <limit><dissipation>3</dissipation></limit> <dynamics><damping>3</damping></dynamics>"
+        " <dynamics><friction>3</friction></dynamics> <mimic;joint='b'/>"
+        " <dynamics><spring_stiffness>3</spring_stiffness></dynamics>"
+        " <use_parent_model_frame>1</use_parent_model_frame> <unknown/>"
+    ),
+}
+CASES = [
+    (around, word.replace(";", " ")) for around, words in WORDS.items() for word in words.split()
+]
+
+
+@pytest.mark.parametrize(("around", "word"), CASES)
+def test_no_word_is_passed_over_in_silence(around: str, word: str, tmp_path: Path) -> None:
+    """It changes the robot, or stands in the notes, or is refused."""
+    text = legs(BACKWARDS)
+    plain = read(tmp_path, text).description
+    position = text.index(">", text.index('<joint name="a"' if around == "joint" else f"<{around}"))
+    with_word = text[: position + 1] + word + text[position + 1 :]
+    try:
+        robot = read(tmp_path, with_word).description
+    except DescriptionError:
+        return
+    is_noted = set(robot.notes) != set(plain.notes)
+    parts = ("joints", "links", "frames", "effects", "mimics")
+    is_changed = any(not same(vars(robot)[part], vars(plain)[part]) for part in parts)
+    assert is_noted or is_changed or not np.array_equal(robot.gravity, plain.gravity)
+
+
+def same(one: Mapping, other: Mapping) -> bool:
+    return {name: str(vars(entry)) for name, entry in one.items()} == {
+        name: str(vars(entry)) for name, entry in other.items()
+    }

@@ -10,9 +10,11 @@ from ...description.geometry import unit_axis
 from ...ground.arrays import Array, frozen
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
-from .poses import WORLD, ModelPoses
+from .poses import MODEL, WORLD, ModelPoses
+from .vocabulary import JOINT_AXES, Version
 
 _UNLIMITED = 1e16  # [rad or m] what SDFormat takes for no limit
+_YES = ("true", "1")
 _INFINITY = ("inf", "infinity")
 _DRIVE_LIMITS = {"effort": "effort_limit", "velocity": "velocity_limit"}
 _Z_AXIS = (0.0, 0.0, 1.0)
@@ -58,8 +60,11 @@ class JointReader:
         path: of its entry.
     """
 
-    def __init__(self, xml: XmlReader, poses: ModelPoses, element: LocatedElement) -> None:
+    def __init__(
+        self, xml: XmlReader, poses: ModelPoses, element: LocatedElement, version: Version
+    ) -> None:
         self.xml = xml
+        self.version = version
         self.poses = poses
         self.element = element
         self.name = xml.name(element, "joints")
@@ -193,10 +198,19 @@ class JointReader:
             axis = unit_axis(values)
         except ValueError as error:
             raise self.xml.error(self.element, key, str(error)) from error
-        expressed_in = ""
+        expressed_in = self._axis_frame(tag)
         if xyz is not None:
-            expressed_in = xyz.get("expressed_in")
+            expressed_in = xyz.get("expressed_in", expressed_in)
         return self.poses.axis_in_joint(axis, expressed_in, self.element)
+
+    def _axis_frame(self, tag: str) -> str:
+        """The frame of an axis that does not name one; empty for that of the joint."""
+        if self.version < JOINT_AXES:
+            return MODEL
+        word = self._inside_axis("use_parent_model_frame", tag)
+        if word is not None and word.text.strip() in _YES:
+            return MODEL
+        return ""
 
     def constraints(self, tag: str = "axis") -> Data:
         """Limits, friction, spring and mimic along an axis, as far as it has them."""

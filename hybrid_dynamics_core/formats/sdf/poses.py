@@ -15,7 +15,7 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 
 WORLD = "world"
-_MODEL = "__model__"
+MODEL = "__model__"
 _DEGREE = math.pi / 180.0  # [rad]
 
 
@@ -31,13 +31,21 @@ class ModelPoses:
         self._elements: dict[str, LocatedElement] = {}
         for tag in ("link", "joint", "frame"):
             for element in model.all(tag):
-                self._elements[element.get("name")] = element
+                self._add(element)
         self.model = self.read(model.first("pose"), ("model",))
         self._canonical_link = model.get("canonical_link")
         first_link = model.first("link")
         if not self._canonical_link and first_link is not None:
             self._canonical_link = first_link.get("name")
-        self._resolved: dict[str, Transform] = {_MODEL: Transform(), "": Transform()}
+        self._resolved: dict[str, Transform] = {MODEL: Transform(), "": Transform()}
+
+    def _add(self, element: LocatedElement) -> None:
+        """Keep an element under its name, which nothing else has."""
+        name = element.get("name")
+        other = self._elements.setdefault(name, element)
+        if other is not element:
+            problem = f"has the name of a {other.tag} (line {other.line}); rename one of the two"
+            raise self.xml.error_at(element, problem)
 
     def link(self, name: str) -> Transform:
         """Pose of a link, or of the world, in the model."""
@@ -92,7 +100,7 @@ class ModelPoses:
         Raises:
             DescriptionError: the name does not exist, or its frame is attached to itself.
         """
-        if name in (_MODEL, ""):
+        if name in (MODEL, ""):
             name = self._canonical_link
         if name not in self._elements or name in visited:
             raise self._unresolved(name, asking, visited)

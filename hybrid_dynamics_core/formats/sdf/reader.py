@@ -3,7 +3,7 @@
 Joints make up a tree from the base, in whatever direction they are written; the others close loops.
 SDFormat draws the model in one configuration and counts every coordinate from there. Loop joints
 are at rest in that configuration, so both ends of their frames are known.
-http://sdformat.org/spec, versions 1.7 to 1.12.
+http://sdformat.org/spec, versions 1.3 to 1.12.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from ..xml.reader import XmlReader
 from .joints import CLOSURE_KINDS, LIMITS, JointReader
 from .poses import WORLD, ModelPoses, pose_entry
 from .spanning_tree import reached_links, spanning_tree
-from .vocabulary import check_version, check_vocabulary
+from .vocabulary import Version, check_vocabulary, read_version
 
 _GRAVITY = (0.0, 0.0, -9.8)  # of a world that does not say
+_STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 _DEFAULT_INERTIA = {
     "xx": 1.0,
     "yy": 1.0,
@@ -50,10 +51,10 @@ def sdf_document(root: LocatedElement, file: Path) -> Document:
     }
     document = Document(data, file, {})
     xml = XmlReader(file, root, document)
-    check_version(xml)
+    version = read_version(xml)
     model, world = _find_model(xml)
-    check_vocabulary(xml, model, world)
-    _SdfReader(xml, model, world).read()
+    check_vocabulary(xml, model, world, version)
+    _SdfReader(xml, model, world).read(version)
     extras = [child for child in model.children if _is_extras(child)]
     for element in extras:
         read_extras(document, element.text, file, element.line)
@@ -100,7 +101,7 @@ class _SdfReader:
         self.world = world
         self.poses = ModelPoses(xml, model)
 
-    def read(self) -> None:
+    def read(self, version: Version) -> None:
         """Fill the document."""
         data = self.document.data
         data["name"] = self.model.get("name", data["name"])
@@ -108,7 +109,7 @@ class _SdfReader:
         for link in self.model.all("link"):
             self.add_link(link)
         elements = self.model.all("joint")
-        joints = [JointReader(self.xml, self.poses, element) for element in elements]
+        joints = [JointReader(self.xml, self.poses, element, version) for element in elements]
         base, joints = self.find_base(joints)
         data["base"] = base
         self.set_gravity(base)
@@ -196,16 +197,22 @@ class _SdfReader:
             )
 
     def set_gravity(self, base: str) -> None:
-        """Set the gravity of the world, in the base frame."""
-        if self.world is None:
-            return
+        """Set the gravity of the world, in the base frame: the model may stand in it at a slant."""
         rotation = np.eye(3)
         if base != WORLD:
             rotation = self.poses.model.rotation @ self.poses.link(base).rotation
-        element = self.world.first("gravity")
-        gravity = self.xml.text_numbers(element, 3, ("gravity",), _GRAVITY)
-        in_base = rotation.T @ gravity + 0.0  # no minus zero
+        in_base = rotation.T @ self.gravity() + 0.0  # no minus zero
         self.document.data["gravity"] = in_base.tolist()
+
+    def gravity(self) -> list[float]:
+        """Gravity in the world [m/s^2]; the standard one for a model without a world."""
+        if self.world is None:
+            return list(_STANDARD_GRAVITY)
+        element = self.world.first("gravity")
+        physics = self.world.first("physics")
+        if element is None and physics is not None:
+            element = physics.first("gravity")  # where older files have it
+        return self.xml.text_numbers(element, 3, ("gravity",), _GRAVITY)
 
     # -- joints
 

@@ -1,4 +1,4 @@
-"""The vocabulary of SDFormat 1.7 to 1.12: what is read, and what changes no robot.
+"""The vocabulary of SDFormat 1.3 to 1.12: what is read, and what is left out with a note.
 
 http://sdformat.org/spec. Shapes, sensors, plugins and settings of one engine change no mass, no
 place and no axis.
@@ -14,7 +14,11 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from ..xml.vocabulary import Vocabulary, VocabularyCheck, vocabulary
 
-_OLDEST = (1, 7)
+Version = tuple[int, int]
+
+NAMED_FRAMES: Version = (1, 7)  # from then on a pose or an axis can name its frame
+JOINT_AXES: Version = (1, 5)  # from then on an axis is in the frame of its joint
+_OLDEST: Version = (1, 3)
 _CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
 _ADVICE = f"; it may change the robot, so it is not passed over: take it out ({_CONVERT})"
 _OMITTED = (
@@ -31,6 +35,10 @@ _WORLD = vocabulary(
     "include frame light actor plugin road audio wind magnetic_field atmosphere gui physics scene"
     " spherical_coordinates state population",
 )
+_AXIS = vocabulary(
+    "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
+)
+_OLDER_AXIS = vocabulary("", "xyz limit dynamics use_parent_model_frame", initial_position="0")
 _MODEL: dict[str, Vocabulary] = {
     "model": vocabulary(
         "name canonical_link",
@@ -60,12 +68,8 @@ _MODEL: dict[str, Vocabulary] = {
         "parent child pose axis axis2 thread_pitch screw_thread_pitch",
         "sensor plugin physics gearbox_ratio gearbox_reference_body",
     ),
-    "axis": vocabulary(
-        "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
-    ),
-    "axis2": vocabulary(
-        "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
-    ),
+    "axis": _AXIS,
+    "axis2": _AXIS,
     "xyz": vocabulary("expressed_in"),
     "limit": vocabulary("", "lower upper effort velocity", "stiffness dissipation"),
     "dynamics": vocabulary("", "damping friction spring_reference spring_stiffness"),
@@ -77,24 +81,23 @@ _MODEL: dict[str, Vocabulary] = {
 }
 
 
-def check_version(xml: XmlReader) -> None:
-    """Check that a file counts poses and axes as this library does.
+def read_version(xml: XmlReader) -> Version:
+    """The version of a file, which says in what frame its axes are.
 
     Raises:
-        DescriptionError: its version is older than 1.7, or none.
+        DescriptionError: its version is older than 1.3, or none.
     """
     version = xml.root.get("version")
     match = re.fullmatch(r"\s*(\d+)\.(\d+)(\.\d+)?\s*", version)
     if match is None or (int(match[1]), int(match[2])) < _OLDEST:
-        raise xml.error(
-            xml.root,
-            ("version",),
-            f"is '{version}'; expected 1.7 or later, since older files give poses and axes in other"
-            f" frames; {_CONVERT}",
-        )
+        problem = f"is '{version}'; expected 1.3 or later; {_CONVERT}"
+        raise xml.error(xml.root, ("version",), problem)
+    return int(match[1]), int(match[2])
 
 
-def check_vocabulary(xml: XmlReader, model: LocatedElement, world: LocatedElement | None) -> None:
+def check_vocabulary(
+    xml: XmlReader, model: LocatedElement, world: LocatedElement | None, version: Version
+) -> None:
     """Check a model, and the world around it, for entries that may change the robot.
 
     Raises:
@@ -106,7 +109,10 @@ def check_vocabulary(xml: XmlReader, model: LocatedElement, world: LocatedElemen
             if other is not model:
                 xml.note(other, f"model {other.get('name')} is left out: it has no joints")
         _refuse_forces(xml, world)
-    _check(xml, _MODEL, model)
+    table = dict(_MODEL)
+    if version < NAMED_FRAMES:
+        table |= dict.fromkeys(("axis", "axis2"), _OLDER_AXIS)
+    _check(xml, table, model)
     _refuse_forces(xml, model)
 
 
