@@ -32,12 +32,18 @@ PATIENCE = 8
 
 
 class IKStatus(Enum):
-    """Why the solver stopped."""
+    """What is known of a target.
+
+    OUT_OF_REACH is proven: by a closed form that finds every solution, by the lengths of the
+    links, or since no active joint moves what is missing. LIMIT is a solution beyond limits, where
+    none was met within them. NOT_FOUND is no proof: all starts of the search ended elsewhere.
+    """
 
     SOLVED = "solved"
     OUT_OF_REACH = "out of reach"
     LIMIT = "joint limit"
     SINGULAR = "singular"
+    NOT_FOUND = "not found"
     NOT_CONVERGED = "not converged"
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..ground.arrays import Array
 from ..ground.units import coordinate_unit
 from ..ground.wording import counted
+from .farthest import farthest_reach
 from .ik_descent import Descent, IKStatus, Mask, Task, distinct, unwound
 from .ik_problem import SAME, IKProblem, is_revolute
 
@@ -90,10 +91,12 @@ def explain_failure(
     outside = _solution_beyond_limits(problem, descent)
     if outside is not None:
         joints = _exceeded_limits(problem, outside)
-        return IKStatus.LIMIT, f"only reached beyond the limits of {joints}"
+        return IKStatus.LIMIT, f"reached beyond the limits of {joints}; {nearest} within them"
     cause = _cause(problem, descent, u)
-    if problem.is_exhaustive or descent.settled[best]:
+    if problem.is_exhaustive or _is_too_far(problem) or _unmoved_rows(problem, u):
         return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}{cause}"
+    if descent.settled[best]:
+        return IKStatus.NOT_FOUND, f"no solution was found, which is no proof: {nearest}{cause}"
     stopped = f"stopped {remaining} away after {descent.iterations} iterations"
     return IKStatus.NOT_CONVERGED, f"{stopped}{cause}"
 
@@ -192,7 +195,7 @@ def _exceeded_limits(problem: IKProblem, u: Array) -> str:
 def _cause(problem: IKProblem, descent: Descent, u: Array) -> str:
     """What of the target cannot be met; begins with a semicolon, or is empty."""
     moving = _moving_rows(problem)
-    unmoved = [row for row in _open_rows(problem.task, u) if row not in moving]
+    unmoved = _unmoved_rows(problem, u)
     if unmoved:
         axes = " or ".join(AXES[row] for row in unmoved)
         return f"; no active joint moves {axes}{_outcome_of_rows(problem, descent, moving)}"
@@ -209,6 +212,19 @@ def _cause(problem: IKProblem, descent: Descent, u: Array) -> str:
     if reached:
         return f"; the position alone can be reached{shortage}"
     return f"; the position alone stays {remaining} away too"
+
+
+def _is_too_far(problem: IKProblem) -> bool:
+    """Whether the links, all in one line, would not reach the position that counts."""
+    rows = [row for row in problem.task.rows if row < 3]
+    distance = _size(problem.task.position[rows]) if rows else 0.0
+    return distance > farthest_reach(problem.robot) * (1.0 + NEGLIGIBLE)
+
+
+def _unmoved_rows(problem: IKProblem, u: Array) -> list[int]:
+    """Which of the coordinates that count are not met at u (n,), and moved by no active joint."""
+    moving = _moving_rows(problem)
+    return [row for row in _open_rows(problem.task, u) if row not in moving]
 
 
 def _outcome_of_rows(

@@ -21,6 +21,7 @@ from .ik_descent import MAX_ITERATIONS, STARTS, Descent, Mask, Task, Terms, desc
 from .pose import Pose
 
 SOLVED = 1e-9  # residual [m] below which a target counts as reached, if nothing else is asked for
+FURTHER_STARTS = 384  # where a search from `STARTS` starts found nothing
 SAME = 1e-6  # solutions closer than this in every coordinate are one
 EDGE = 1e-7  # share of the range in which a loop closes that is kept clear at both ends
 LEAST_LENGTH = 1e-3  # [m] a radian never weighs less
@@ -111,14 +112,22 @@ class IKProblem:
         if max(task.rows) >= 3:
             rows = sorted({*task.rows, 3, 4, 5})
             task = replace(task, rows=tuple(rows))
-        revolute = is_revolute(self.robot).tolist()
-        starts = starts_within(task.lower, task.upper, revolute, STARTS)
+        starts = self._starts_between(0, STARTS)
         _, jacobian, closed = task.error(starts)
         entries = np.abs(jacobian[closed])
         sizes = entries.max(axis=(0, 1), initial=0.0)
         idle = sizes < 1e-12 * max(sizes.max(), 1e-300)
         starts[:, idle] = self.start[idle]
         return starts
+
+    @property
+    def further_starts(self) -> Array:
+        """More starts (N, n) over the limits, where all others failed."""
+        return self._starts_between(STARTS, FURTHER_STARTS)
+
+    def _starts_between(self, first: int, last: int) -> Array:
+        revolute = is_revolute(self.robot).tolist()
+        return starts_within(self.task.lower, self.task.upper, revolute, last)[first:]
 
     def with_limits(self, limits: Array) -> IKProblem:
         """The same problem within other limits (n, 2) [rad, m]."""

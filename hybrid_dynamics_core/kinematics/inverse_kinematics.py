@@ -13,8 +13,9 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arrays import finite_vectors
 from .closed_kinematics import ClosedKinematics
-from .ik_descent import MAX_ITERATIONS, Descent, IKStatus, distinct, unwound
+from .ik_descent import Descent, IKStatus, distinct, unwound
 from .ik_failure import explain_failure, remaining_error
+from .ik_nearest import polished
 from .ik_problem import (
     POSE_ROWS,
     POSITION_ROWS,
@@ -27,7 +28,6 @@ from .ik_problem import (
 )
 from .pose import Pose, checked_pose
 
-NEAREST = 25  # iterations towards a pose that is out of reach, for the nearest one
 FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
 UNSOLVED = 1e9  # solutions are sorted by distance to the start, all others after them
 INDEPENDENT = 1e-9  # share of the largest singular value of the Jacobian
@@ -108,13 +108,17 @@ def _solve(problem: IKProblem, all_solutions: bool) -> Descent:
     """From the start, and where that fails or all solutions are asked for from many more."""
     descent = problem.closed_form()
     if descent is None or not problem.solved(descent).any():
-        iterations = NEAREST if problem.is_exhaustive else MAX_ITERATIONS
-        descent = problem.descend(problem.start[None], iterations)
-    if problem.is_exhaustive:
+        descent = problem.descend(problem.start[None])
+    is_solved = problem.solved(descent).any()
+    if is_solved and (problem.is_exhaustive or not all_solutions):
         return descent
-    if all_solutions or not problem.solved(descent).any():
-        descent = join_descents([descent, problem.descend(problem.starts)])
-    return descent
+    descent = join_descents([descent, problem.descend(problem.starts)])
+    if problem.solved(descent).any():
+        return descent
+    descent = join_descents([descent, problem.descend(problem.further_starts)])
+    if problem.solved(descent).any():
+        return descent
+    return join_descents([descent, polished(problem, descent)])
 
 
 def _result(problem: IKProblem, descent: Descent, all_solutions: bool) -> IKResult:

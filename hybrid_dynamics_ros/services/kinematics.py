@@ -28,6 +28,7 @@ IK_CODES: Final = {
     IKStatus.OUT_OF_REACH: ErrorCode.OUT_OF_REACH,
     IKStatus.LIMIT: ErrorCode.LIMIT,
     IKStatus.SINGULAR: ErrorCode.SINGULAR,
+    IKStatus.NOT_FOUND: ErrorCode.NOT_CONVERGED,
     IKStatus.NOT_CONVERGED: ErrorCode.NOT_CONVERGED,
 }
 

@@ -103,10 +103,13 @@ def test_near_is_one_closed_state_of_the_robot_or_is_refused(forging: Robot, cas
 def test_however_far_a_target_is_it_is_told_as_out_of_reach(
     name: str, distances: tuple[float, ...]
 ) -> None:
+    """The legs of staicu2015 have no limits: that nothing was found there is no proof."""
     machine = robot(name)
     turned = machine.forward_kinematics(rest(name)).rotation
     for far in distances:
-        assert machine.inverse_kinematics([far, 0.0, 0.0]).status is IKStatus.OUT_OF_REACH
+        status = machine.inverse_kinematics([far, 0.0, 0.0]).status
+        is_bounded = np.isfinite(machine.limits).any()
+        assert status is (IKStatus.OUT_OF_REACH if is_bounded else IKStatus.NOT_FOUND)
     for far in (1e160, -1e200, 1e308):
         for target in ([0.0, far, 0.0], Pose(np.array([0.0, far, 0.0]), turned)):
             with pytest.raises(
@@ -197,7 +200,7 @@ def test_a_limit_is_told_with_the_value_that_would_be_needed() -> None:
         flat, 0.75
     )  # the tool is 0.015 m above the platform's joints
     told = [f"lambda_{leg} ({needed:.4g} m, limit 0.14 m)" for leg in "ABCDEF"]
-    assert result.message == f"only reached beyond the limits of {', '.join(told)}"
+    assert result.message.startswith(f"reached beyond the limits of {', '.join(told)}; the nearest")
 
 
 @pytest.mark.parametrize(
@@ -285,7 +288,7 @@ def test_a_pose_of_few_digits_is_reached_within_a_tolerance_and_told_as_it_is_wi
     )
     typed = Pose.from_quaternion(np.round(place.position, 6), np.round(place.quaternion, 6))
     result = forging.inverse_kinematics(typed)
-    assert result.status is IKStatus.OUT_OF_REACH
+    assert result.status is IKStatus.NOT_FOUND
     assert 1e-9 < result.residual < 1e-5
     assert (
         f"the nearest found is {result.position_error:.3g} m and {result.angle_error:.3g} rad"

@@ -1,0 +1,62 @@
+"""How far the end effector can be from the base origin at most, whatever the joints do."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import defaultdict
+
+from ..algebra.independence import norm
+from ..description.model import Joint
+from .closed_kinematics import ClosedKinematics
+
+Ways = dict[str, list[tuple[str, float]]]  # link -> other link, distance of the origins at most [m]
+
+
+def farthest_reach(robot: ClosedKinematics) -> float:
+    """A bound on the distance of the end effector from the base origin [m].
+
+    It is the shortest way over joints and closures with all of it in one line. It is infinite
+    where each way has a slide without limits.
+    """
+    description = robot.description
+    frame = description.frames[robot.end_effector]
+    distances = _distances(_ways(robot), description.base)
+    return distances.get(frame.link, math.inf) + norm(frame.translation)
+
+
+def _ways(robot: ClosedKinematics) -> Ways:
+    ways: Ways = defaultdict(list)
+    for joint in robot.description.joints.values():
+        length = norm(joint.translation) + _longest_slide(robot, joint)
+        ways[joint.parent].append((joint.child, length))
+        ways[joint.child].append((joint.parent, length))
+    for closure in robot.description.closures:
+        length = norm(closure.point_a) + norm(closure.point_b)
+        ways[closure.link_a].append((closure.link_b, length))
+        ways[closure.link_b].append((closure.link_a, length))
+    return ways
+
+
+def _longest_slide(robot: ClosedKinematics, joint: Joint) -> float:
+    if joint.type == "revolute":
+        return 0.0
+    lower, upper = joint.limits
+    if joint.name in robot.active:
+        lower, upper = robot.limits[robot.active.index(joint.name)].tolist()
+    return max(abs(lower), abs(upper))
+
+
+def _distances(ways: Ways, start: str) -> dict[str, float]:
+    """Shortest ways to all links (Dijkstra)."""
+    distances: dict[str, float] = {}
+    waiting = [(0.0, start)]
+    while waiting:
+        length, link = heapq.heappop(waiting)
+        if link in distances:
+            continue
+        distances[link] = length
+        for other, step in ways[link]:
+            if other not in distances:
+                heapq.heappush(waiting, (length + step, other))
+    return distances
