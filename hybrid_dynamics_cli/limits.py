@@ -33,6 +33,13 @@ def narrowed(machine: Robot) -> list[str]:
     return sentences
 
 
+def role(machine: Robot, name: str) -> str:
+    """What a coordinate is: active, idle, or nothing of both."""
+    if name in machine.idle:
+        return "idle"
+    return "active" if name in machine.active else ""
+
+
 def beyond(machine: Robot, names: Sequence[str], values: Array) -> list[dict[str, Any]]:
     """Coordinates beyond a limit; each is also noted on stderr.
 

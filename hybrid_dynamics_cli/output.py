@@ -43,6 +43,12 @@ def show(data: Mapping[str, Any], as_json: bool, text: str) -> None:
         context.meta[ANSWERED] = True
 
 
+def show_written(path: str | Path, what: str, as_json: bool) -> None:
+    """Name a file that was written after the result was shown; programs have its name already."""
+    if not as_json:
+        click.echo(written(path, what))
+
+
 def written(path: str | Path, what: str = "") -> str:
     """The line that names a file or folder that was written, and what is in it."""
     if not what:

@@ -294,18 +294,45 @@ def pair(text: str, machine: Robot) -> tuple[str, tuple[float, float]]:
     return name.strip(), (terms[0], terms[1])
 
 
+def named_value(text: str, option: str, machine: Robot) -> tuple[str, float]:
+    """A name with a number, from `NAME=VALUE`.
+
+    Args:
+        text: of the option.
+        option: its name.
+        machine: whose active joint is named; its type tells the unit.
+
+    Raises:
+        click.BadParameter: the text is of another form.
+    """
+    name, _, number = text.partition("=")
+    name = name.strip()
+    expected = "expected NAME=VALUE, as q12=0.1"
+    if not name or not number.strip():
+        raise click.BadParameter(f"'{text}': {expected}", param_hint=option)
+    units = dict(zip(machine.active, coordinate_units(machine), strict=True))
+    unit = [units[name]] if name in units else []
+    try:
+        return name, value_of(number, unit)
+    except (ValueError, ArithmeticError) as error:
+        raise click.BadParameter(f"'{text}': {error}; {expected}", param_hint=option) from error
+
+
 @contextmanager
-def options(*names: str) -> Iterator[None]:
+def options(*names: str, **others: str) -> Iterator[None]:
     """Make options of the arguments that errors of the library name.
 
     `range: ...` becomes `--range: ...`.
 
     Args:
         names: arguments that are options here.
+        others: options of another name, by argument.
     """
+    renamed = {**dict(zip(names, names, strict=True)), **others}
     try:
         yield
     except InputError as error:
-        if str(error).partition(":")[0] in names:
-            raise InputError(f"--{error}") from error
+        name, colon, problem = str(error).partition(":")
+        if name in renamed:
+            raise InputError(f"--{renamed[name]}{colon}{problem}") from error
         raise

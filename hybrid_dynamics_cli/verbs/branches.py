@@ -17,7 +17,7 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..limits import beyond
-from ..output import by_name, constant_axes, number, show, table, written
+from ..output import by_name, constant_axes, number, show, show_written, table
 from ..parameters import json_option, loaded_undecided, robot_argument, u_option, vector
 from ..quantities import coordinate_units
 from ..writing import draw_option, overwrite_option, picture_for
@@ -64,10 +64,11 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
         if modes.completeness is not Completeness.PROVEN:
             lines += wrap(f"all modes: {modes.completeness.value}; {modes.reason}", LINE)
     if place is not None and modes:
-        _draw(machine, values, place, decided=not undecided)
         data["picture"] = str(place)
-        lines.append(written(place, "picture of the assembly modes"))
     show(data, as_json, "\n".join(lines))
+    if place is not None and modes:
+        _draw(machine, values, place, decided=not undecided)
+        show_written(place, "picture of the assembly modes", as_json)
     if not modes:
         # It raises, and says which loop does not close, and within which range it would.
         machine.close(values)

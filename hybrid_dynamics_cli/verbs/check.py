@@ -11,11 +11,12 @@ import numpy as np
 
 from hybrid_dynamics_core import ClosedState, MassSingularityError, Robot, SingularityError
 from hybrid_dynamics_core.drawing.options import Names
+from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 
 from ..closure_coverage import ClosureCoverage, closure_coverage
 from ..limits import narrowed
-from ..output import by_name, number, show, table, written
+from ..output import by_name, number, show, show_written, table, written
 from ..parameters import json_option, loaded, loaded_undecided, robot_argument
 from ..writing import draw_option, overwrite_option, picture_for
 from .info import facts
@@ -23,6 +24,7 @@ from .info import text as info_text
 
 FAR = 0.8  # [rad] a rough guess of where a loop closes is nearer
 SMALL = 1e-3  # distance to a singularity below which a reference is a poor place to start from
+NO_MASS = 1e-10  # share of the largest entry of a mass matrix that is rounding
 LARGE_CONDITION = 1e9  # of a mass matrix
 
 EPILOG = """\b
@@ -77,15 +79,16 @@ def command(
     data["massless"] = list(massless(machine))
     lines = _text(machine, data)
     if place is not None:
-        _draw(machine, place, names, modes)
         data["picture"] = str(place)
-        lines.append(_drawn(place, modes))
     coverage = closure_coverage(machine)
     data["tried"] = {"places": coverage.places, "closed": coverage.closed}
     if coverage.places:
         lines.append(coverage.describe())
     lines.append(verdict(machine, coverage))
     show(data, as_json, "\n".join(lines))
+    if place is not None:
+        _draw(machine, place, names, modes)
+        show_written(place, _title(modes), as_json)
 
 
 def _text(machine: Robot, data: dict[str, Any]) -> list[str]:
@@ -193,14 +196,29 @@ def _mass_remarks(machine: Robot, state: ClosedState) -> list[str]:
     """Whether the masses allow forward dynamics at a state."""
     try:
         mass_matrix = machine.minimal_form(state)[0]
-        machine.forward_dynamics(state, np.zeros(len(machine.active)))
-        condition = np.linalg.cond(mass_matrix)
+        ddu = machine.forward_dynamics(state, np.zeros(len(machine.active)))
     except (MassSingularityError, SingularityError) as error:
         return [f"no forward dynamics: {error}"]
+    omitted = _without_mass(machine, mass_matrix, ddu)
+    reason = "is idle and moves no mass: forward dynamics leaves it out"
+    notes = [f"{name} {reason}" for name in omitted]
+    others = [k for k, name in enumerate(machine.active) if name not in omitted]
+    condition = np.linalg.cond(mass_matrix[np.ix_(others, others)])
     if condition > LARGE_CONDITION:
         text = f"M-bar has the condition number {number(condition)}"
-        return [f"{text}: some motion moves hardly any mass"]
-    return []
+        notes.append(f"{text}: some motion moves hardly any mass")
+    return notes
+
+
+def _without_mass(machine: Robot, mass_matrix: Array, ddu: Array) -> list[str]:
+    """Idle coordinates that forward dynamics has left out."""
+    largest = np.abs(mass_matrix).max()
+    names: list[str] = []
+    for k, name in enumerate(machine.active):
+        has_mass = np.abs(mass_matrix[k]).max() > NO_MASS * largest
+        if name in machine.idle and ddu[k] == 0.0 and not has_mass:
+            names.append(name)
+    return names
 
 
 def _decided(robot: str, picture: str, names: Names | None, overwrite: bool, strict: bool) -> Robot:
@@ -218,9 +236,14 @@ def _decided(robot: str, picture: str, names: Names | None, overwrite: bool, str
 
 def _drawn(place: Path, modes: bool) -> str:
     """The line that names the picture, and what it shows."""
+    return written(place, _title(modes))
+
+
+def _title(modes: bool) -> str:
+    """What a picture shows."""
     if modes:
-        return written(place, "picture of the assembly modes")
-    return written(place, "picture of the robot")
+        return "picture of the assembly modes"
+    return "picture of the robot"
 
 
 def _draw(

@@ -7,7 +7,7 @@ import numpy as np
 
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
-from ..limits import beyond
+from ..limits import beyond, role
 from ..output import by_name, show, table
 from ..parameters import (
     EFFORTS,
@@ -48,11 +48,8 @@ def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json:
     dds = machine.accelerations(state, ddu)
     rows: list[list[object]] = []
     for name, acceleration in zip(machine.coordinates, dds.tolist(), strict=True):
-        active = ""
-        if name in machine.active:
-            active = "active"
         unit = coordinate_unit(machine.joint_types[name], "/s^2")
-        rows.append([name, active, acceleration, unit])
+        rows.append([name, role(machine, name), acceleration, unit])
     data = {
         "ddu": by_name(machine.active, ddu),
         "dds": by_name(machine.coordinates, dds),

@@ -61,7 +61,8 @@ def facts(machine: Robot) -> dict[str, Any]:
         "name": machine.name,
         "base": machine.base_frame,
         "end_effector": machine.end_effector,
-        "active": list(machine.active),
+        "active": list(machine.description.motors),
+        "idle": list(machine.idle),
         "coordinates": _coordinates(machine, state.s.tolist()),
         "loops": loops,
         "redundant_equations": dict(machine.redundant_equations),
@@ -87,7 +88,8 @@ def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]
         entry = {
             "name": name,
             "type": machine.joint_types[name],
-            "active": name in machine.active,
+            "active": name in machine.description.motors,
+            "idle": name in machine.idle,
             "parent": joint.parent,
             "child": joint.child,
             "reference": value,
@@ -106,7 +108,7 @@ def text(machine: Robot, data: dict[str, Any]) -> str:
         machine: the robot.
         data: what `facts` returns.
     """
-    active = f"{len(machine.active)} active of {counted(len(machine.coordinates), 'coordinate')}"
+    active = _freedoms(machine)
     mass = sum(link["mass"] for link in data["links"].values())
     loops = counted(len(data["loops"]), "loop")
     rows = [_coordinate_row(entry) for entry in data["coordinates"]]
@@ -130,9 +132,17 @@ def text(machine: Robot, data: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _freedoms(machine: Robot) -> str:
+    """How many of the coordinates are independent, driven or idle."""
+    parts = [f"{len(machine.description.motors)} active"]
+    if machine.idle:
+        parts.append(f"{len(machine.idle)} idle")
+    return f"{' and '.join(parts)} of {counted(len(machine.coordinates), 'coordinate')}"
+
+
 def _coordinate_row(entry: dict[str, Any]) -> list[object]:
     lower, upper = map(_limit, entry["limits"])
-    active = ""
+    active = "idle" if entry["idle"] else ""
     if entry["active"]:
         active = "active"
     row = [entry["name"], active, entry["type"], entry["reference"]]

@@ -75,4 +75,5 @@ def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json:
         "singularity": state.singularity,
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
-    show(data, as_json, table(HEAD, rows))
+    notes = [f"note: {name} is idle: nobody gives the effort along it" for name in machine.idle]
+    show(data, as_json, "\n".join([table(HEAD, rows), *notes]))

@@ -12,7 +12,7 @@ from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
-from ..output import by_name, number, show, table, written
+from ..output import by_name, number, show, show_written, table
 from ..parameters import (
     EFFORTS,
     closed,
@@ -97,14 +97,13 @@ def command(
         t_span=(0.0, seconds),
         settings=Settings(rate=rate),
     )
-    lines = [text(machine, result)]
+    show(facts(result), as_json, text(machine, result))
     if save:
         result.save(save)
-        lines.append(written(save, "the motion"))
+        show_written(save, "the motion", as_json)
     if plot:
         _draw(machine, result, plot)
-        lines.append(written(plot, "its picture"))
-    show(facts(result), as_json, "\n".join(lines))
+        show_written(plot, "its picture", as_json)
 
 
 def _draw(machine: Robot, result: Simulation, path: str) -> None:
@@ -121,7 +120,8 @@ def _efforts(machine: Robot, text: str | None) -> Any:
         return zero
     word = text.strip()
     if word == WEIGHT:
-        return lambda _time, state: machine.minimal_form(state)[2]
+        driven = np.array([name not in machine.idle for name in machine.active], dtype=float)
+        return lambda _time, state: driven * machine.minimal_form(state)[2]
     hint = suggestion(word, [WEIGHT])
     if hint:
         problem = f"'{text}'{hint}; expected efforts, or `{WEIGHT}`"

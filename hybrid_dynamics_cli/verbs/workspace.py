@@ -18,11 +18,12 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..limits import beyond, narrowed
-from ..output import by_name, constant_axes, number, show, table, written
+from ..output import by_name, constant_axes, number, show, show_written, table
 from ..parameters import (
     frame_option,
     json_option,
     loaded,
+    named_value,
     options,
     pair,
     robot_argument,
@@ -67,6 +68,13 @@ Ends with 1 where no sample is reachable.
     metavar="NAME=LOW:HIGH",
     help="Narrower range of an active joint; repeatable.",
 )
+@click.option(
+    "--hold",
+    "holds",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="An active joint that stays where it is told; repeatable.",
+)
 @frame_option("A frame or link in place of the end effector.")
 @draw_option("picture", help="Draw a map")
 @overwrite_option
@@ -93,6 +101,7 @@ def command(
     robot: str,
     samples: int,
     ranges: tuple[str, ...],
+    holds: tuple[str, ...],
     frame: str | None,
     picture: str | None,
     overwrite: bool,
@@ -107,19 +116,17 @@ def command(
     not refused.
     """
     machine = loaded(robot)
-    if picture is None and (axes is not None or u is not None):
-        raise click.UsageError("--over and -u are of the map: give --draw FILE too")
-    if u is not None and axes is None:
-        raise click.UsageError("-u is where a map over two joints is taken: give --over A,B too")
+    _check_of_map(picture, axes, u)
     place = None
     if picture is not None:
         place = picture_for(machine, picture, overwrite=overwrite)
     joints = None
     if axes is not None:
         joints = _two_joints(axes, machine)
-    base = vector("-u", u, machine.active, machine.reference, coordinate_units(machine))
-    held = _held(machine, base, joints)
-    with options("range"):
+    given = dict(named_value(text, "--hold", machine) for text in holds)
+    base = _base(machine, u, given)
+    held = _held(machine, base, joints, given)
+    with options("range", **({"held": "hold"} if given else {})):
         narrower = dict(pair(text, machine) for text in ranges)
         workspace = machine.workspace(samples, frame, narrower, held)
     data = facts(machine, workspace)
@@ -132,22 +139,52 @@ def command(
         lines.append(f"Of the map over {names}; all other active joints are held.\n")
     lines.append(text_of(machine, workspace, data))
     if place is not None:
-        _draw(machine, workspace, joints, base, place, colour)
         data["picture"] = str(place)
-        lines.append(written(place, "map"))
     show(data, as_json, "\n".join(lines))
+    if place is not None:
+        _draw(machine, workspace, joints, base, place, colour)
+        show_written(place, "map", as_json)
     if not workspace.samples.reachable.any():
         raise SystemExit(1)
 
 
-def _held(machine: Robot, base: Array, joints: tuple[str, str] | None) -> dict[str, float]:
-    """Where the other active joints stay in a map over two of them [rad or m]."""
+def _check_of_map(picture: str | None, axes: str | None, u: str | None) -> None:
+    """Refuse options of a map that is not drawn."""
+    if picture is None and (axes is not None or u is not None):
+        raise click.UsageError("--over and -u are of the map: give --draw FILE too")
+    if u is not None and axes is None:
+        raise click.UsageError("-u is where a map over two joints is taken: give --over A,B too")
+
+
+def _base(machine: Robot, u: str | None, given: Mapping[str, float]) -> Array:
+    """Active coordinates (n,) of a map [rad or m]: those of -u, and of --hold."""
+    units = coordinate_units(machine)
+    base = vector("-u", u, machine.active, machine.reference, units).copy()
+    for k, name in enumerate(machine.active):
+        base[k] = given.get(name, base[k])
+    return base
+
+
+def _held(
+    machine: Robot,
+    base: Array,
+    joints: tuple[str, str] | None,
+    given: Mapping[str, float],
+) -> dict[str, float]:
+    """Which active joints stay where [rad or m]: those of --hold, in a map all but its two.
+
+    Raises:
+        InputError: a joint of the map is held.
+    """
     if joints is None:
-        return {}
+        return dict(given)
+    for name in joints:
+        if name in given:
+            raise InputError(f"--hold: {name} is one of the two joints of --over; leave one out")
     places: dict[str, float] = by_name(machine.active, base.tolist())
     for name in joints:
         del places[name]
-    return places
+    return {**places, **given}
 
 
 def _draw(

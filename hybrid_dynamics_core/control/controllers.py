@@ -46,7 +46,7 @@ class GravityCompensation:
         """Efforts tau (n,) [N m or N] at a time [s] in a measured state."""
         still = self.robot.close(state.u, near=state)
         hold = self.robot.inverse_dynamics(still, np.zeros_like(state.u), self.loads)
-        return np.asarray(hold - np.asarray(self.damping) * state.du)
+        return _of_drives(self.robot, hold - np.asarray(self.damping) * state.du)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class ComputedTorque:
         damper = np.asarray(self.kd) * (goal.du - state.du)
         spring = np.asarray(self.kp) * (goal.u - state.u)
         ddu = goal.ddu + damper + spring
-        return self.robot.inverse_dynamics(state, ddu, self.loads)
+        return _of_drives(self.robot, self.robot.inverse_dynamics(state, ddu, self.loads))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ class FeedForward:
         if self.model:
             wanted = self.robot.close(goal.u, goal.du, near=state)
             tau = tau + self.robot.inverse_dynamics(wanted, goal.ddu, self.loads)
-        return np.asarray(tau)
+        return _of_drives(self.robot, tau)
 
 
 def efforts_along(
@@ -152,7 +152,13 @@ def efforts_along(
     _check_trajectory(robot, trajectory)
     goal = trajectory(times)
     state = robot.close_path(goal.u, goal.du)
-    return robot.inverse_dynamics(state, goal.ddu, loads)
+    return _of_drives(robot, robot.inverse_dynamics(state, goal.ddu, loads))
+
+
+def _of_drives(robot: Robot, tau: Array) -> Array:
+    """Efforts (..., n) without those along idle coordinates, which nobody gives."""
+    is_driven = np.array([name not in robot.idle for name in robot.active])
+    return np.where(is_driven, tau, 0.0)
 
 
 def _check_gains(robot: Robot, **gains: ArrayLike) -> None:

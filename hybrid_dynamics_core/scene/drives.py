@@ -20,7 +20,9 @@ _SHELL = 0.9  # more for each arrow inside of it
 _BEFORE = 2.6  # distance of an arrow whose axis lies in the picture, before the joint
 _BESIDE = 2.4  # distance of the arrow beside a cylinder
 _HALF = 3.4  # half the length of that
+_SHORTEST = 1.7  # at least, beside a short cylinder
 _LATER = 0.1  # points by which a choice is worse than the one before
+_END_ON = 1e-6  # sine to the viewer's direction below which an axis is a point
 _EDGE_ON = 0.35  # cosine to the viewer's direction below which an arc is tilted
 
 
@@ -77,8 +79,7 @@ def travel_arrow(
     Returns:
         The arrow.
     """
-    sideways = np.cross(projection.toward, joint.axis)
-    sideways /= max(float(np.linalg.norm(sideways)), 1e-9)
+    sideways = _sideways(joint.axis, projection)
     middles = [joint.point]
     half = _HALF * joint_radius
     if cylinder is not None:
@@ -86,7 +87,7 @@ def travel_arrow(
             0.5 * (cylinder.mouth + cylinder.end),
             0.5 * (cylinder.foot + cylinder.mouth),
         ]
-        half = min(half, 0.3 * cylinder.length)
+        half = min(half, max(0.3 * cylinder.length, _SHORTEST * unit))
     choices = []
     for middle in middles:
         for side in (1.0, -1.0):
@@ -96,6 +97,15 @@ def travel_arrow(
     costs = np.array(covered) + _LATER * np.arange(len(choices))
     best = choices[int(np.argmin(costs))]
     return LineMark(f"drive:{joint.name}", "travel", best)
+
+
+def _sideways(axis: Array, projection: Projection) -> Array:
+    """Unit vector (3,) across an axis in the picture; to the right where it is seen end-on."""
+    across = np.cross(projection.toward, axis)
+    length = float(np.linalg.norm(across))
+    if length < _END_ON:
+        return projection.right
+    return np.asarray(across / length)
 
 
 def _covered_points(projection: Projection, ends: Array, outlines: Sequence[Path]) -> int:

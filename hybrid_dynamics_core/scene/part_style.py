@@ -12,6 +12,7 @@ from .projection import Projection
 from .style import GRID, INK, QUIET, RED, SHADOW, STEEL, deep, mix, pale
 
 WHITE: Final = "#ffffff"
+IDLE: Final = SHADOW
 BALL: Final = "#8a97a5"
 _GROUND: Final = "#eef1f4"
 _BODIES: Final = ("plate", "bar", "rod", "barrel")  # in the colour of their link
@@ -26,13 +27,14 @@ class PartStyle(NamedTuple):
     width: float
 
 
-def style_of(part: Part, colours: Mapping[str, str], active: bool) -> PartStyle:
+def style_of(part: Part, colours: Mapping[str, str], active: bool, idle: bool = False) -> PartStyle:
     """How a part is painted.
 
     Args:
         part: to be painted.
         colours: of links and closures.
         active: whether it belongs to a driven joint.
+        idle: whether it belongs to an independent joint that nobody drives.
 
     Returns:
         Colours and line width.
@@ -41,7 +43,11 @@ def style_of(part: Part, colours: Mapping[str, str], active: bool) -> PartStyle:
         colour = colours.get(part.links[0], BALL)
         return _body_style(part.role, colour)
     colour = colours.get(part.owner, BALL)
-    driven = RED if active else WHITE
+    driven = WHITE
+    if active:
+        driven = RED
+    elif idle:
+        driven = IDLE
     symbols = {
         "block": PartStyle(RED if active else STEEL, INK, 1.1),
         "rail": PartStyle(GRID, QUIET, 0.8),

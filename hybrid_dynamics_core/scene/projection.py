@@ -139,7 +139,7 @@ def _oblique(skeleton: Skeleton) -> Projection:
     """The projection of several in which the fewest points hide each other."""
     points = _samples(skeleton)
     size = np.linalg.norm(np.ptp(points, axis=0))
-    crowded = _CROWDED * float(size)
+    crowded = _CROWDED * (float(size) or 1.0)  # of one point nothing hides another
     apart = _distances(points) > crowded
     best = _from_direction(*_USUAL)
     least = np.inf

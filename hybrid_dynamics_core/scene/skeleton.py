@@ -34,6 +34,7 @@ class PlacedJoint:
         limits: lower and upper [rad or m].
         reference: its value in the reference configuration [rad or m].
         active: whether it is driven.
+        idle: whether it is an independent coordinate that nobody drives.
     """
 
     name: str
@@ -46,6 +47,7 @@ class PlacedJoint:
     limits: tuple[float, float]
     reference: float
     active: bool
+    idle: bool = False
 
     @property
     def displacement(self) -> float:
@@ -259,7 +261,8 @@ def _joint(robot: Robot, poses: Mapping[str, Pose], name: str) -> PlacedJoint:
         axis=rotation @ joint.axis,
         limits=joint.limits,
         reference=float(robot.description.reference.get(name, 0.0)),
-        active=name in robot.active,
+        active=name in robot.description.motors,
+        idle=name in robot.idle,
     )
 
 

@@ -15,6 +15,7 @@ from ..robot.robot import Robot
 from ..scene.attach import Attached, CylinderShape, attach, cylinders_of, rail
 from ..scene.groups import JointGroup, group_joints
 from ..scene.marks import base_marks, joints_on_rails, link_colours, solid_marks
+from ..scene.part_style import IDLE
 from ..scene.parts import Part
 from ..scene.projection import choose_projection
 from ..scene.skeleton import PlacedJoint, Pose, Skeleton, link_poses, place_skeleton
@@ -359,6 +360,8 @@ class _ShapeBuilder:
             return STEEL
         if any(self.joints[name].active for name in names):
             return RED
+        if any(self.joints[name].idle for name in names):
+            return IDLE
         return mix(INK, WHITE, 0.25)
 
 

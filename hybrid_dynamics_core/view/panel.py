@@ -122,22 +122,33 @@ class Panel:
     def _add_sliders(self, ranges: Array) -> None:
         robot = self.session.robot
         self.sliders: list[Slider] = []
+        driven = len(robot.description.motors)  # idle coordinates come after them
         with self.gui.add_folder("Active joints"):
-            for k, name in enumerate(robot.active):
-                unit = coordinate_unit(robot.joint_types[name])
-                limits = robot.description.joints[name].limits
-                low, high = ranges[k]
-                scope = Range(name, unit, low, high, limits)
-                slider = Slider(self.gui, scope, float(self.target[k]))
-                slider.on_request(f"move {k}", self.enqueue, partial(self._move, k))
-                self.sliders.append(slider)
+            for k in range(driven):
+                self._add_slider(k, ranges[k])
             reset = self.gui.add_button("Reset pose and payload")
             fit = self.gui.add_button("Fit the robot into the picture")
+        if robot.idle:
+            with self.gui.add_folder("Idle joints"):
+                for k in range(driven, len(robot.active)):
+                    self._add_slider(k, ranges[k])
         reset.on_click(lambda _: self.enqueue("reset", self._reset))
 
         @fit.on_click
         def _(event: viser.GuiEvent[Any]) -> None:
             self.enqueue("fit", partial(self.fit, event.client))
+
+    def _add_slider(self, k: int, reach: Array) -> None:
+        """Add the slider of the k-th coordinate."""
+        robot = self.session.robot
+        name = robot.active[k]
+        unit = coordinate_unit(robot.joint_types[name])
+        limits = robot.description.joints[name].limits
+        low, high = reach
+        scope = Range(name, unit, low, high, limits)
+        slider = Slider(self.gui, scope, float(self.target[k]))
+        slider.on_request(f"move {k}", self.enqueue, partial(self._move, k))
+        self.sliders.append(slider)
 
     def _move(self, k: int, value: float) -> None:
         self._pause()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import InputError, load
 from tests.cli.calling import call, call_line, data_of, shipped_text
 
 
@@ -65,3 +65,59 @@ def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
     assert answer["extents"]["x"] == [None, None]
     text = call("workspace", str(place), "--samples", "20").output
     assert "beyond a limit or stroke  100.0 %" in text
+
+
+def test_a_joint_may_be_held() -> None:
+    answer = data_of("workspace", "five_bar", "--samples", "500", "--hold", "q_T=0.2")
+    assert answer["ranges"]["q_T"] == [0.2, 0.2]
+    workspace = load("five_bar").workspace(500, held={"q_T": 0.2})
+    assert list(answer["extents"].values()) == workspace.extents.tolist()
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["--hold", "q_X=0.2"], "--hold: 'q_X' is not an active joint"),
+        (["--hold", "q_T=0.2", "--range", "q_T=0:0.3"], "--hold: q_T has a range too"),
+        (["--hold", "q_T"], "expected NAME=VALUE"),
+        (["--hold", "q_T=x"], "expected NAME=VALUE"),
+        (["--over", "q_L,q_T", "--hold", "q_T=0.1"], "--hold: q_T is one of the two joints"),
+    ],
+)
+def test_what_cannot_be_held_is_told(words: list[str], problem: str, tmp_path: Path) -> None:
+    place = str(tmp_path / "map.svg")
+    result = call("workspace", "five_bar", "--samples", "20", "--draw", place, *words)
+    assert result.exit_code != 0
+    assert problem in result.output
+
+
+def test_a_map_over_two_joints_takes_those_held(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    words = ["workspace", "five_bar", "--samples", "200", "--over", "q_L,q_R", "--hold", "q_T=0.2"]
+    answer = data_of(*words, "--draw", str(tmp_path / "map.png"))
+    assert answer["held"] == {"q_T": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("verb", "words"),
+    [
+        ("workspace", ["--samples", "20", "--draw"]),
+        ("check", ["--draw"]),
+        ("branches", ["--draw"]),
+        ("simulate", ["--seconds", "0.01", "--plot"]),
+    ],
+)
+def test_the_answer_stands_before_anything_is_drawn(
+    verb: str, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A picture that cannot be made takes nothing away."""
+    pytest.importorskip("matplotlib")
+
+    def fail(*_: object) -> None:
+        raise InputError("no picture today")
+
+    monkeypatch.setattr("hybrid_dynamics_core.drawing._write", fail)
+    result = call(verb, "five_bar", *words, str(tmp_path / "picture.svg"))
+    assert len(result.output.splitlines()) > 5
+    assert "written" not in result.output
+    assert "no picture today" in result.output

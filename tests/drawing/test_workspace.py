@@ -40,7 +40,7 @@ ROCKER = four_bar(0.3, 0.1, 0.3, 0.2).replace("{link: rocker}", "{link: rocker, 
 PANELS = {
     "excavator": ["in the plane of the arm, at any slew"],
     "five_bar": ["in the robot's plane, x-y"],
-    "delta": ["seen from the front", "seen from the side", "seen from above"],
+    "delta": ["x-z plane, seen along +y", "y-z plane, seen along -x", "x-y plane, seen along -z"],
 }
 
 
@@ -88,7 +88,7 @@ def test_a_column_that_does_not_turn_round_is_shown_from_above_too() -> None:
     robot = Robot(parse_description(limited))
     assert robot.limits[0].tolist() == [-1.0, 1.0]
     titles = [plane.title for plane in choose_planes(robot)]
-    assert titles == ["in the plane of the arm, at any q1", "seen from above"]
+    assert titles == ["in the plane of the arm, at any q1", "x-y plane, seen along -z"]
 
 
 def test_values_are_those_of_reachable_samples() -> None:
@@ -220,7 +220,9 @@ def test_letters_of_axes_stand_on_no_part_of_the_robot() -> None:
     """Seen from above an arm is a bar, and axes that lie in it have their letters beside it."""
     arm = Robot(parse_description(TURNING))
     figure = draw_workspace(arm, arm.workspace(500))
-    above = next(axes for axes in figure.axes if axes.get_title(loc="left") == "seen from above")
+    above = next(
+        axes for axes in figure.axes if axes.get_title(loc="left") == "x-y plane, seen along -z"
+    )
     bars = artists_of(above, Polygon, "link:")
     letters = artists_of(above, Text, "letter:")
     assert len(bars) >= 2

@@ -71,9 +71,9 @@ def choose_planes(robot: Robot) -> list[Plane]:
     projection = choose_projection(skeleton)
     if not projection.planar:
         return [
-            _plane(robot, skeleton, "seen from the front", FRONT),
-            _plane(robot, skeleton, "seen from the side", SIDE),
-            _plane(robot, skeleton, "seen from above", TOP),
+            _plane(robot, skeleton, _view(FRONT), FRONT),
+            _plane(robot, skeleton, _view(SIDE), SIDE),
+            _plane(robot, skeleton, _view(TOP), TOP),
         ]
     column = _column(skeleton)
     if column is None:
@@ -83,8 +83,17 @@ def choose_planes(robot: Robot) -> list[Plane]:
     planes = [_plane(robot, skeleton, title, projection, _turned_back(robot, column))]
     limits = robot.limits[robot.active.index(column.name)]
     if np.ptp(limits) < FULL_TURN:
-        planes.append(_plane(robot, skeleton, "seen from above", TOP))
+        planes.append(_plane(robot, skeleton, _view(TOP), TOP))
     return planes
+
+
+def _view(projection: Projection) -> str:
+    """A view along a base axis, by its axes."""
+    letters = "-".join(name.removesuffix(" [m]") for name in projection.names)
+    away = -projection.toward
+    k = int(np.argmax(np.abs(away)))
+    sign = "+" if away[k] > 0.0 else "-"
+    return f"{letters} plane, seen along {sign}{'xyz'[k]}"
 
 
 def _axis_letters(projection: Projection) -> str:
@@ -122,12 +131,16 @@ def _plane(
 
 
 def _column(skeleton: Skeleton) -> PlacedJoint | None:
-    """The active joint that turns the whole mechanism about a vertical axis."""
+    """The active or idle joint that turns the whole mechanism about a vertical axis."""
     on_base = [joint for joint in skeleton.joints if joint.parent == skeleton.base]
     if len(on_base) != 1:
         return None
     joint = on_base[0]
-    if joint.name in skeleton.in_loops or joint.type != "revolute" or not joint.active:
+    if (
+        joint.name in skeleton.in_loops
+        or joint.type != "revolute"
+        or not (joint.active or joint.idle)
+    ):
         return None
     upright = abs(float(joint.axis @ UP)) > 1.0 - ALIGNED
     return joint if upright else None

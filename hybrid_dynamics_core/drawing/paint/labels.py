@@ -24,6 +24,8 @@ _ABOVE = 0.2  # of the cost: what a place above is better than one beside
 _PILL, _AIR = 2.5, 2.0
 _CROSSED = 0.05  # weight of what lies between a name and what it names
 _BODY = 3.0  # of that, more than of what is named itself: something stands between
+_PARTED = 6.0  # weight of a body that parts a name from what it names
+_ASTRAY = 0.3  # weight of how much nearer a name is to what another one names [1/pt]
 _NEAR, _FAR = 0.05, 3e-4  # weights of the distance [1/pt, 1/pt^2]
 _LINE = 10.0  # weight of a leader: names do not stand on it, and other leaders go another way
 _NAME = 60.0  # weight of a name
@@ -80,6 +82,11 @@ class TextBox:
         room = self.clear + distance + self.half
         return np.asarray(self.anchor + room * way / np.abs(way).max())
 
+    def distance(self, centre: Array, point: Array) -> float:
+        """How far the text at a centre is from a point (2,) [px]."""
+        outside = np.maximum(np.abs(centre - point) - self.half, 0.0)
+        return float(np.linalg.norm(outside))
+
     def leader(self, centre: Array) -> Array:
         """(2, 2) ends of a line from the symbol to the text at a centre [px]."""
         way = (centre - self.anchor) / np.linalg.norm(centre - self.anchor)
@@ -107,8 +114,11 @@ class Labeller:
 
     def place(self, labels: Sequence[Label]) -> None:
         """Put labels one after another, the important ones first."""
-        for label in labels:
-            self._place(label)
+        if not labels:
+            return
+        anchors = self.axes.transData.transform([label.at for label in labels])
+        for k, label in enumerate(labels):
+            self._place(label, np.delete(anchors, k, axis=0))
 
     def _cells(self, points: Array) -> Array:
         pixels = self.axes.transData.transform(points)
@@ -131,7 +141,8 @@ class Labeller:
         inside = Path(outline).contains_points(centres).reshape(cells.shape)
         cells[inside] = np.maximum(cells[inside], weight)
 
-    def _place(self, label: Label) -> None:
+    def _place(self, label: Label, others: Array) -> None:
+        """Put one label, nearer to its point than to those of others (k, 2) [px]."""
         text = self.axes.annotate(
             label.text,
             (float(label.at[0]), float(label.at[1])),
@@ -145,7 +156,7 @@ class Labeller:
         )
         text.set_gid(label.gid)
         box = self._box_of(label, text)
-        centre, needs_leader = self._best_place(box, label.inside)
+        centre, needs_leader = self._best_place(box, label.inside, others)
         x, y = ((centre - box.anchor) / self.point).tolist()
         text.set_position((x, y))
         if needs_leader:
@@ -163,7 +174,7 @@ class Labeller:
         rim = transform(label.at + np.array([label.clear, 0.0]))
         return TextBox(anchor, half, float(np.linalg.norm(rim - anchor)), edge)
 
-    def _best_place(self, box: TextBox, inside: bool) -> tuple[Array, bool]:
+    def _best_place(self, box: TextBox, inside: bool, others: Array) -> tuple[Array, bool]:
         """Centre of the free place nearest to the anchor, and whether a line leads there.
 
         A line leads to what is far away, or behind a body.
@@ -179,11 +190,21 @@ class Labeller:
                 if cost >= least:
                     continue
                 crossed = self._crossed(box, centre) - symbol
-                cost += _CROSSED * crossed
+                is_parted = crossed > _BODY
+                astray = self._astray(box, centre, others)
+                cost += _CROSSED * crossed + _PARTED * is_parted + _ASTRAY * astray
                 if cost < least:
                     best, least = centre, cost
-                    needs_leader = distance > _LEADER or crossed > _BODY
+                    needs_leader = distance > _LEADER or is_parted or astray > 0.0
         return best, needs_leader
+
+    def _astray(self, box: TextBox, centre: Array, others: Array) -> float:
+        """How much nearer a text is to the point of another one than to its own [pt]."""
+        if not len(others):
+            return 0.0
+        nearest = min(box.distance(centre, other) for other in others)
+        distance = box.distance(centre, box.anchor)
+        return max(distance - nearest, 0.0) / self.point
 
     def _crossed(self, box: TextBox, centre: Array) -> float:
         """What lies between a symbol and its text; an outline counts once, however long it is."""
@@ -201,6 +222,7 @@ class Labeller:
             color=label.colour,
             linewidth=0.7,
             zorder=19,
+            gid=f"leader:{label.gid}",
         )
 
     def _cells_on(self, ends: Array) -> CellIndex:

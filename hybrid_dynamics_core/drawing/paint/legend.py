@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ...description.model import Closure, RobotDescription
-from ...scene.part_style import BALL
+from ...scene.part_style import BALL, IDLE
 from ...scene.parts import PartRole
 from ...scene.projection import ALIGNED
 from ...scene.scene import Scene
@@ -106,6 +106,7 @@ def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
     weld, weld_loop = _closing(scene, "weld")
     symbols = [
         (_disc(RED, INK), "active joint", _has_active(scene)),
+        (_disc(IDLE, INK), "idle joint", _has_idle(scene)),
         (_disc("white", INK), "passive joint", _has_passive(scene)),
         (_cross(), "universal joint", "universal" in kinds),
         (_sphere(ball), "spherical joint", "ball" in roles),
@@ -125,7 +126,13 @@ def _has_active(scene: Scene) -> bool:
 def _has_passive(scene: Scene) -> bool:
     """Whether a passive joint is drawn by itself."""
     single = [group for group in scene.groups if group.kind in ("revolute", "prismatic")]
-    return not all(group.first.active for group in single)
+    return not all(group.first.active or group.first.idle for group in single)
+
+
+def _has_idle(scene: Scene) -> bool:
+    """Whether an idle joint is drawn by itself."""
+    single = [group for group in scene.groups if group.kind in ("revolute", "prismatic")]
+    return any(group.first.idle for group in single)
 
 
 def _shows_carrier(scenes: Sequence[Scene]) -> bool:
@@ -234,15 +241,19 @@ def _carrier() -> Line2D:
 def subtitle(scene: Scene) -> str:
     """One line: how many joints and loops there are, and of a planar mechanism the plane."""
     active = len([joint for joint in scene.skeleton.joints if joint.active])
-    passive = len(scene.skeleton.joints) - active
+    idle = len([joint for joint in scene.skeleton.joints if joint.idle])
+    passive = len(scene.skeleton.joints) - active - idle
     loops = len(scene.skeleton.closures)
     plane = plane_of(scene)
     if plane:
         plane = f"; {plane}"
+    counts = [f"{active} active"]
+    if idle:
+        counts.append(f"{idle} idle")
     if not passive:
-        return f"{active} active {_plural('joint', active)}{plane}"
+        return f"{' and '.join(counts)} {_plural('joint', idle or active)}{plane}"
     return (
-        f"{active} active and {passive} passive {_plural('joint', passive)}, {loops}"
+        f"{', '.join(counts)} and {passive} passive {_plural('joint', passive)}, {loops}"
         f" {_plural('loop', loops)}{plane}"
     )
 

@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from ...ground.arrays import Array
+from ...scene.part_style import IDLE
 from ...scene.parts import Part
 from ...scene.scene import Scene
 from ...scene.style import INK, PURPLE, QUIET, RED, deep, mix
@@ -26,14 +27,19 @@ _DRIVEN: Final[dict[str, Any]] = {
     "fontweight": "bold",
     "bbox": _BOX,
 }
+_IDLE: Final[dict[str, Any]] = {
+    **_DRIVEN,
+    "color": INK,
+    "bbox": {**_BOX, "facecolor": IDLE},
+}
 _SMALL: Final[dict[str, Any]] = {"color": QUIET, "fontsize": 7.5}
 
 
 def name_labels(scene: Scene, names: Names) -> list[Label]:
-    """Active joints, then the end effector, then what else is asked for: passive joints, links."""
+    """Active and idle joints, the end effector, and what is asked for: passive joints, links."""
     if names == "none":
         return []
-    labels = [*_active(scene), _tip(scene)]
+    labels = [*_active(scene), *_idle(scene), _tip(scene)]
     if names in ("joints", "all"):
         labels += _passive(scene)
     if names == "all":
@@ -58,6 +64,19 @@ def _active(scene: Scene) -> list[Label]:
     return labels
 
 
+def _idle(scene: Scene) -> list[Label]:
+    """A label beside every idle joint."""
+    labels: list[Label] = []
+    for group in scene.groups:
+        idle = [joint.name for joint in group.joints if joint.idle]
+        if idle:
+            at = scene.projection.project(group.last.point)
+            clear = 1.4 * scene.unit
+            name = ", ".join(idle)
+            labels.append(Label(name, at, clear, _IDLE, f"name:{name}", QUIET))
+    return labels
+
+
 def _tip(scene: Scene) -> Label:
     tip = scene.skeleton.tip
     at = scene.projection.project(tip.point)
@@ -68,7 +87,7 @@ def _tip(scene: Scene) -> Label:
 def _passive(scene: Scene) -> list[Label]:
     labels = []
     for group in scene.groups:
-        passive = [joint.name for joint in group.joints if not joint.active]
+        passive = [joint.name for joint in group.joints if not joint.active and not joint.idle]
         if passive:
             label = Label(
                 text=", ".join(passive),

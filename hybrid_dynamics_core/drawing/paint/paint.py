@@ -32,6 +32,7 @@ _ARROWS = {
 _SHEER = 0.2  # how opaque a sheer plate is
 _HEAD = np.array([1.35, 0.55])  # length and half width of an arrow's head, in radii of a joint
 _SMALLER = 0.75  # of the head of a base axis
+_HALVES = 0.45  # of a double arrow, that each of its heads may take
 _SHORT = 1.6  # radii of a joint: a shorter axis points along the view
 _FACING = 0.999  # cosine to the viewer's direction above which a cap is the outline
 
@@ -60,7 +61,9 @@ class Painter:
         self._sheer = sheer
         self._artists: Counter[str] = Counter()
         self._order = 2.0
-        self._active = {f"joint:{joint.name}" for joint in scene.skeleton.joints if joint.active}
+        joints = scene.skeleton.joints
+        self._active = {f"joint:{joint.name}" for joint in joints if joint.active}
+        self._idle = {f"joint:{joint.name}" for joint in joints if joint.idle}
 
     def paint(self) -> None:
         """Everything, from back to front."""
@@ -76,7 +79,8 @@ class Painter:
     # -- parts
 
     def _part(self, part: Part) -> None:
-        style = style_of(part, self.scene.colours, part.owner in self._active)
+        is_active, is_idle = part.owner in self._active, part.owner in self._idle
+        style = style_of(part, self.scene.colours, is_active, is_idle)
         face = shaded(style.face, part, self.projection)
         style = style._replace(face=face)
         outline = part.outline(self.projection)
@@ -153,10 +157,16 @@ class Painter:
         unit = self.scene.joint_radius
         colour, width = _ARROWS[line.role]
         has_letter = line.role in ("triad", "base axes")
-        if has_letter and np.linalg.norm(flat[1] - flat[0]) < _SHORT * unit:
+        size = _SMALLER * unit if line.role == "base axes" else unit
+        length = float(np.linalg.norm(flat[1] - flat[0]))
+        if has_letter and length < _SHORT * unit:
             self._end_on(line, flat[0], colour)
             return
-        size = _SMALLER * unit if line.role == "base axes" else unit
+        if line.role == "travel":
+            if length < _SHORT * unit:
+                self._end_on(line, flat.mean(axis=0), colour)
+                return
+            size = min(size, _HALVES * length / _HEAD[0])  # room for a head at either end
         shaft, head = _headed(flat, size)
         heads = [head]
         if line.role == "travel":
@@ -191,9 +201,13 @@ class Painter:
         self.letters.append(letter)
 
     def _end_on(self, line: LineMark, at: Array, colour: str) -> None:
-        """An axis along the view: a circle with a dot (toward the viewer) or a cross (away)."""
+        """An axis along the view: a circle with a dot (toward the viewer) or a cross (away).
+
+        A travel goes both ways: it has a dot.
+        """
         along = line.points[1] - line.points[0]
-        marker = "." if float(along @ self.projection.toward) > 0.0 else "x"
+        is_toward = float(along @ self.projection.toward) > 0.0
+        marker = "." if is_toward or line.role == "travel" else "x"
         for symbol, size, face in (("o", 5.0, WHITE), (marker, 3.0, colour)):
             (artist,) = self.axes.plot(
                 *at,

@@ -119,11 +119,18 @@ def _panels(robot: Robot, motion: Simulation, sizes: Sizes) -> Iterator[_Panel]:
         title = quantity.title
         for kind in _TYPES:
             joints = [k for k, name in enumerate(motion.names) if robot.joint_types[name] == kind]
+            if quantity.values is motion.tau:
+                joints = [k for k in joints if _has_effort(robot, motion, k)]
             size = quantity.size(kind)
             label = f"{quantity.symbol} [{quantity.unit(kind)}]"
             for group in _readable(quantity.values, joints, size):
                 yield _Panel(title, label, quantity.values, group, size)
                 title = ""
+
+
+def _has_effort(robot: Robot, motion: Simulation, k: int) -> bool:
+    """Whether a coordinate is driven, or a force acts along it all the same."""
+    return motion.names[k] not in robot.idle or bool(motion.tau[:, k].any())
 
 
 def _quantities(motion: Simulation, sizes: Sizes) -> list[_Quantity]:
