@@ -87,7 +87,7 @@ def travel_arrow(
             0.5 * (cylinder.mouth + cylinder.end),
             0.5 * (cylinder.foot + cylinder.mouth),
         ]
-        half = min(half, max(0.3 * cylinder.length, _SHORTEST * unit))
+        half = min(half, max(0.3 * cylinder.length, _SHORTEST * joint_radius))
     choices = []
     for middle in middles:
         for side in (1.0, -1.0):

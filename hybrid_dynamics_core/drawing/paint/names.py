@@ -71,7 +71,7 @@ def _idle(scene: Scene) -> list[Label]:
         idle = [joint.name for joint in group.joints if joint.idle]
         if idle:
             at = scene.projection.project(group.last.point)
-            clear = 1.4 * scene.unit
+            clear = 1.4 * scene.joint_radius
             name = ", ".join(idle)
             labels.append(Label(name, at, clear, _IDLE, f"name:{name}", QUIET))
     return labels
