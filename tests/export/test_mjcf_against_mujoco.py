@@ -230,3 +230,53 @@ def test_what_mujoco_saves_is_read_as_mujoco_reads_it(seed: int) -> None:
     spec = mujoco.MjSpec.from_string(RandomModel(seed).text())
     spec.compile()
     assert_moves_alike(spec.to_xml(), seed)
+
+
+FLAT = """<mujoco model="fourbar">
+  <compiler angle="radian"/>
+  <default><joint damping="0.1"/><geom density="100"/></default>
+  <worldbody>
+    <body name="crank">
+      <inertial pos="0.1 0 0" quat="0.707107 0 -0.707107 0" mass="0.0284838"
+        diaginertia="0.000125362 0.000125362 5.56271e-06"/>
+      <joint name="a" axis="0 1 0"/>
+      <geom size="0.02 0.1" pos="0.1 0 0" quat="0.707107 0 -0.707107 0" type="capsule"/>
+      <body name="coupler" pos="0.2 0 0">
+        <inertial pos="0.25 0 0" mass="1" diaginertia=".001 .021 .021"/>
+        <joint name="b" axis="0 1 0"/>
+      </body>
+    </body>
+    <body name="rocker" pos="0.45 0 0">
+      <inertial pos="0.125 0 0" quat="0.707107 0 -0.707107 0" mass="0.034767"
+        diaginertia="0.000225945 0.000225945 6.81935e-06"/>
+      <joint name="c" axis="0 1 0"/>
+    </body>
+  </worldbody>
+  <equality><connect body1="coupler" body2="rocker" anchor="0.5 0 0"/></equality>
+  <actuator><general joint="a"/></actuator>
+</mujoco>
+"""
+LEANING = FLAT.replace('pos="0.45 0 0"', 'pos="0.55 0 -0.2" euler="0 0.1 0"')
+
+
+@pytest.mark.parametrize("text", [FLAT, LEANING], ids=["drawn flat", "drawn leaning"])
+def test_a_loop_between_bodies_falls_as_with_rigid_loops_in_mujoco(text: str) -> None:
+    """Accelerations at rest from MuJoCo's matrices, its loop held by multipliers."""
+    robot = Robot(described(text))
+    assert robot.active == ("a",)
+    state = robot.close(robot.reference)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for name, value in zip(robot.coordinates, state.s, strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = value
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_fwdVelocity(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    assert np.abs(data.efc_pos).max() < 1e-9
+    J = data.efc_J.reshape(-1, model.nv)
+    kkt = np.block([[mass, J.T], [J, np.zeros((len(J), len(J)))]])
+    force = np.concatenate([data.qfrc_passive - data.qfrc_bias, np.zeros(len(J))])
+    expected = np.linalg.lstsq(kkt, force, rcond=1e-12)[0][: model.nv]
+    a = model.joint("a").dofadr[0]
+    assert robot.forward_dynamics(state, [0.0]) == pytest.approx([expected[a]], rel=1e-6)
