@@ -179,6 +179,9 @@ def test_a_tendon_of_coupled_joints_is_one_drive(tmp_path: Path) -> None:
 
 DRIVES = {
     '<motor joint="j1" gear="50" forcerange="-2 2"/>': 100.0,
+    '<motor joint="j1" gear="25" ctrlrange="-4.5 4.5"/>': 112.5,
+    '<motor joint="j1" ctrlrange="-2 2" forcerange="-1 1"/>': 1.0,
+    '<position joint="j1" ctrlrange="-1 1"/>': math.inf,  # it is a place there
     '<position joint="j1" forcerange="-3 5"/>': 5.0,
     '<motor joint="j1" forcerange="-2 2"/><velocity joint="j1" forcerange="-1 1"/>': 3.0,
     '<motor joint="j1" forcerange="-2 2"/><velocity joint="j1"/>': math.inf,

@@ -11,6 +11,7 @@ from .tendons import TendonReader
 
 _JOINT_WORDS = ("joint", "jointinparent")
 _OTHER_TRANSMISSIONS = ("site", "body", "cranksite", "slidersite", "refsite")
+_BOUNDS = {"forcerange": "forcelimited", "ctrlrange": "ctrllimited"}
 
 
 class ActuatorReader:
@@ -104,11 +105,15 @@ class ActuatorReader:
                 f"gear of <{element.tag}> is {element.get('gear')}; efforts here are of the joint"
             )
             self.xml.note(element, text)
-        word = range_word(self.xml, element, "forcelimited", key)
-        force = largest_of(self.xml, element, "forcerange", key)
-        if force is None:
-            return []
-        if word == "false":
-            self.xml.note(element, 'forcerange is left out: forcelimited="false"')
-            return []
-        return [abs(gear) * force]
+        bounds: list[float] = []
+        for attribute, word in _BOUNDS.items():
+            is_motor = element.tag == "motor"  # its control is its force
+            if attribute == "ctrlrange" and not is_motor:
+                continue
+            limited = range_word(self.xml, element, word, key)
+            bound = largest_of(self.xml, element, attribute, key)
+            if bound is not None and limited == "false":
+                self.xml.note(element, f'{attribute} is left out: {word}="false"')
+            elif bound is not None:
+                bounds.append(abs(gear) * bound)
+        return [min(bounds)] if bounds else []

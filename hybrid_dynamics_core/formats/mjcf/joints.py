@@ -160,8 +160,8 @@ class JointReader:
                     joint,
                     (*path, attribute),
                     f"{attribute} of a ball or free joint is '{joint.get(attribute)}', which acts"
-                    " on its angular velocity, not on hinges in a row; expected 0"
-                    + _from_class(joint),
+                    " on its angular velocity, not on hinges in a row; expected 0: take it out, or"
+                    " write three hinges" + _from_class(joint),
                 )
 
     # -- limits and effects

@@ -19,17 +19,18 @@ _ENABLED = "enable"
 _CONTENT = "site geom body frame"
 _OMITTED_CONTENT = "camera light geom"
 _CONTROL = (
-    "ctrlrange ctrllimited actrange actlimited lengthrange group user"
+    "actrange actlimited lengthrange group user"
     " delay interp nsample kp kv ki imax dampratio timeconst inheritrange posrange velrange ffrange"
     " slewmax input area diameter bias range force scale lmin lmax vmax fpmax fvmax dyntype"
     " gaintype biastype dynprm gainprm biasprm actdim actearly tausmooth cranklength"
 )
 _TRANSMISSIONS = "joint jointinparent tendon site refsite body cranksite slidersite"
+_DRIVE_WORDS = f"name class {_TRANSMISSIONS} gear forcerange forcelimited"
 _DRIVE = vocabulary(
-    f"name class {_TRANSMISSIONS} gear forcerange forcelimited",
-    omitted=_CONTROL,
-    armature="0",
-    damping="0",
+    _DRIVE_WORDS, omitted=f"ctrlrange ctrllimited {_CONTROL}", armature="0", damping="0"
+)
+_MOTOR = vocabulary(
+    f"{_DRIVE_WORDS} ctrlrange ctrllimited", omitted=_CONTROL, armature="0", damping="0"
 )
 _TENDON = vocabulary(
     "name class limited",
@@ -142,6 +143,7 @@ MJCF: dict[str, Vocabulary] = {
     ),
     "actuator": vocabulary("", DRIVES),
     **dict.fromkeys(DRIVES.split(), _DRIVE),
+    "motor": _MOTOR,
     "keyframe": vocabulary("", "key"),
     "key": vocabulary("name qpos", omitted="time qvel act ctrl mpos mquat plastic"),
     "custom": vocabulary("", "text", "numeric tuple"),
