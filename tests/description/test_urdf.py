@@ -289,7 +289,7 @@ CASES = {
         "</robot>",
         '<loop_joint name="l"/></robot>',
         13,
-        "give the loop under closures",
+        "give the loop as <loop>, or under closures",
     ),
     "cycle": (
         '<parent link="ground"/><child link="crank"/>',
@@ -368,9 +368,3 @@ def test_rounded_inertia_of_drawing_programs_passes(tmp_path: Path) -> None:
         BARS[BARS.index("<inertia ixx") : BARS.index("/>", BARS.index("<inertia ixx")) + 2], plate
     )
     assert read_urdf(write(tmp_path, rounded)).links["crank"].inertia[0, 1] == 0
-
-
-@pytest.mark.parametrize("tag", ["ros2_control", "sensor"])
-def test_other_elements_are_omitted_with_a_note(tmp_path: Path, tag: str) -> None:
-    robot = read_urdf(write(tmp_path, BARS.replace("</robot>", f'<{tag} name="x"/></robot>')))
-    assert f"robot.urdf: <{tag}> is left out" in robot.notes

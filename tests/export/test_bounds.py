@@ -95,9 +95,13 @@ def test_limits_that_say_nothing_are_noted(tmp_path: Path) -> None:
     assert machine.velocity_limits.tolist() == [math.inf]
     assert machine.limits.tolist() == [[-math.inf, math.inf]]
     notes = machine.description.notes
-    assert any("p.urdf:5: joint j has the limits 0 and 0" in note for note in notes)
-    assert any("p.urdf:5: joint j has the effort 0, taken as not given" in note for note in notes)
-    assert any("has the velocity -1, taken as not given" in note for note in notes)
+    assert any(
+        "p.urdf: joints with the limits 0 and 0" in note and "j (line 5)" in note for note in notes
+    )
+    assert any(
+        "p.urdf: joints with the effort 0, taken as not given: j (line 5)" in note for note in notes
+    )
+    assert any("with the velocity -1, taken as not given: j (line 5)" in note for note in notes)
     machine = of(tmp_path, 'lower="-1" upper="1" effort="inf" velocity="1e9"')
     assert machine.effort_limits.tolist() == machine.velocity_limits.tolist() == [math.inf]
 

@@ -48,7 +48,9 @@ def reframed(robot: RobotDescription, seed: int) -> tuple[RobotDescription, dict
         frames[name] = Frame(frame.link, move.turned(frame.rotation), origin)
     mimics = {}
     for name, mimic in robot.mimics.items():
-        offset = mimic.offset + mimic.multiplier * zeros[mimic.source] - zeros[name]
+        offset = mimic.offset - zeros[name]
+        for source, multiplier in mimic.multipliers.items():
+            offset += multiplier * zeros[source]
         mimics[name] = replace(mimic, offset=offset)
     effects = {}
     for name, effect in robot.effects.items():

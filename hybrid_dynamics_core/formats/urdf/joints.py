@@ -42,7 +42,7 @@ class JointReader:
         if limit is not None:
             entries |= self._limits(limit) | self._bounds(limit)
         elif self.element.get("type") != "continuous":
-            self._note(self.element, "has no <limit>; taken as without limits")
+            self._note(self.element, "joints without <limit>, taken as without limits")
         dynamics = self.element.first("dynamics")
         if dynamics is not None:
             entries["friction"] = self._friction(dynamics)
@@ -90,14 +90,14 @@ class JointReader:
         upper = self.xml.number(limit, "upper", key, 0.0)
         if self.element.get("type") == "continuous":
             if lower or upper:
-                self._note(limit, "is continuous, so its lower and upper limit are left out")
+                self._note(limit, "limits of continuous joints, which have none; left out")
             return {}
         if lower or upper:
             return {"limits": [lower, upper]}
         self._note(
             limit,
-            "has the limits 0 and 0, as programs write where none are given; taken as without"
-            ' limits (a joint that does not move is of type "fixed")',
+            "joints with the limits 0 and 0, as programs write where none are given; taken as"
+            ' without limits (a joint that does not move is of type "fixed")',
         )
         return {}
 
@@ -109,7 +109,7 @@ class JointReader:
             self.xml.locate(path, limit)
             value = self._bound(limit, attribute, path)
             if value <= 0.0:
-                self._note(limit, f"has the {attribute} {value:g}, taken as not given")
+                self._note(limit, f"joints with the {attribute} {value:g}, taken as not given")
             elif value < UNLIMITED:
                 entries[key] = value
         return entries
@@ -121,8 +121,7 @@ class JointReader:
         return self.xml.number(limit, attribute, path, UNLIMITED)
 
     def _note(self, element: LocatedElement, text: str) -> None:
-        _, name = self.path
-        self.xml.note(element, f"joint {name} {text}")
+        self.xml.collect(element, self.element.get("name"), text)
 
     def _friction(self, dynamics: LocatedElement) -> Data:
         key = (*self.path, "friction")

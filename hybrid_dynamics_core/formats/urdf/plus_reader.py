@@ -6,11 +6,11 @@ successor.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...description.defaults import driven_joints
-from ...description.document import Data
+from ...description.document import Data, Document
 from ...description.followers import mimic_entry
 from ...description.geometry import rpy_to_axis, unit_axis
 from ...ground.arrays import Array
@@ -51,6 +51,24 @@ def add_extras(xml: XmlReader) -> None:
     document.data["active_set"] = "motors"  # no reference is given: one near zero is searched for
     for element in xml.root.all(TAG):
         read_extras(document, element.text, xml.file, element.line)
+
+
+def add_motors(document: Document, motors: Sequence[str]) -> None:
+    """Make the joints active that transmissions drive; without any, those that move on their own.
+
+    Args:
+        document: of a URDF with loops that does not say which joints are independent.
+        motors: joints that something drives.
+    """
+    followers = document.section("joints")
+    driven = [name for name in motors if "mimic" not in followers[name]]
+    if not driven:
+        driven = driven_joints(document)
+        document.notes.append(
+            "the file does not say what is driven; independent joints are taken in its order"
+        )
+    document.data["active"] = driven
+    document.data["active_set"] = "motors"  # no reference is given: one near zero is searched for
 
 
 class _PlusReader:

@@ -1,8 +1,8 @@
 """URDF -> links and joints of a document. Fixed joints are merged later, like any others.
 
-Visuals, collisions, materials, transmissions and what simulators add are omitted. Joints may be
-replaced: a spherical joint becomes three revolute joints NAME_X, NAME_Y, NAME_Z whose axes meet, a
-universal joint two.
+Visuals, collisions and what else says nothing of the mechanics is left out, with a note. Joints may
+be replaced: a spherical joint becomes three revolute joints NAME_X, NAME_Y, NAME_Z whose axes meet,
+a universal joint two.
 """
 
 from __future__ import annotations
@@ -12,15 +12,17 @@ from pathlib import Path
 
 from ...description.document import Data, Document, KeyPath
 from ...ground.suggestions import suggestion
-from ..extras_reader import TAG
 from ..xml.located_xml import LocatedElement, read_xml
 from ..xml.reader import XmlReader
+from .closing_joints import ClosingJoints
+from .gazebo import read_gazebo
+from .gazebo_joints import GazeboJoints
 from .joints import JointReader
-from .plus_reader import add_extras, add_loops, has_loops
+from .plus_reader import add_extras, add_loops, add_motors, has_loops
 from .replacements import add_replacement
+from .transmissions import Drives
+from .words import WordCheck
 
-_COVERED = frozenset({"link", "joint", "loop", "coupling", TAG})
-_WITHOUT_EFFECT = frozenset({"material", "transmission", "gazebo"})
 _INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _MAX_LISTED = 8  # links in a message
 
@@ -63,10 +65,24 @@ def add_urdf(
     for element in root.all("joint"):
         reader.add_joint(element, replacements, replacements_path)
     reader.add_base()
+    drives = Drives(xml)
+    drives.read()
     add_loops(xml)
-    if is_alone and has_loops(root):
-        add_extras(xml)
+    closing = ClosingJoints(xml)
+    closing.add_constraints()
+    read_gazebo(xml, GazeboJoints(xml, closing))
+    xml.note_collected()
+    if is_alone:
+        _add_active(xml, drives.motors)
     return root.get("name", file.stem)
+
+
+def _add_active(xml: XmlReader, motors: list[str]) -> None:
+    """Make joints of a robot with loops active, and add what it says beyond the format."""
+    if has_loops(xml.root):
+        add_extras(xml)
+    elif xml.document.section("closures"):
+        add_motors(xml.document, motors)
 
 
 def expand_urdf(document: Document, is_alone: bool = False) -> str:
@@ -108,7 +124,7 @@ class _UrdfReader:
         self.children: set[str] = set()  # links that hang on a joint
 
     def check_root(self) -> None:
-        """Refuse what is no URDF, and note what is omitted."""
+        """Refuse what is no URDF, and note what is left out."""
         root = self.xml.root
         if root.tag == "sdf":
             raise self.xml.error(root, (), "is SDFormat, not URDF; load() reads it")
@@ -116,14 +132,7 @@ class _UrdfReader:
             raise self.xml.error(root, (), f"<{root.tag}> is not a URDF; its root is <robot>")
         if _is_xacro(root):
             raise self.xml.error(root, (), "is a xacro file; run it through xacro first")
-        others: dict[str, LocatedElement] = {}
-        for child in root.children:
-            if child.tag not in _COVERED and child.tag not in _WITHOUT_EFFECT:
-                others[child.tag] = child
-        for tag, child in others.items():
-            if tag == "loop_joint":
-                raise self.xml.error(child, (tag,), "is not URDF; give the loop under closures")
-            self.document.notes.append(f"{self.xml.file.name}: <{tag}> is left out")
+        WordCheck(self.xml).check()
 
     # -- links
 
@@ -143,6 +152,9 @@ class _UrdfReader:
         """Mass, centre of mass and inertia of a link."""
         mass = inertial.first("mass")
         if mass is None:
+            if self.is_base(path):
+                self.xml.note(inertial, "<inertial> of the base has no <mass>; left out")
+                return {}
             raise self.xml.error(inertial, path, "<inertial> has no <mass>")
         origin = self.xml.origin(inertial, path)
         entry: Data = {
@@ -158,6 +170,12 @@ class _UrdfReader:
             tensor["frame"] = {"rpy": origin["rpy"]}
             entry["inertia"] = tensor
         return entry
+
+    def is_base(self, path: KeyPath) -> bool:
+        """Whether a link hangs on no joint."""
+        _, name = path
+        ends = [joint.first("child") for joint in self.xml.root.all("joint")]
+        return all(end is None or end.get("link") != name for end in ends)
 
     # -- joints
 

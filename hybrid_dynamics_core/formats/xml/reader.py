@@ -6,7 +6,10 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ...description.document import Data, Document, KeyPath, dotted
+from ...description.geometry import rotation_from_quaternion, rpy_of
 from ...errors import DescriptionError
 from ...ground.wording import counted
 from .located_xml import LocatedElement
@@ -27,6 +30,7 @@ class XmlReader:
         self.file = file
         self.root = root
         self.document = document
+        self._collected: dict[str, list[str]] = {}
 
     # -- entries
 
@@ -49,6 +53,17 @@ class XmlReader:
     def note(self, element: LocatedElement, text: str) -> None:
         """Keep a note about an element, with its line."""
         self.document.notes.append(f"{self.file.name}:{element.line}: {text}")
+
+    def collect(self, element: LocatedElement, subject: str, text: str) -> None:
+        """Keep what is to be noted of several elements alike, for `note_collected`."""
+        self._collected.setdefault(text, []).append(f"{subject} (line {element.line})")
+
+    def note_collected(self) -> None:
+        """Add a note for each text, with all that it is said of."""
+        for text, subjects in self._collected.items():
+            listed = ", ".join(subjects)
+            self.document.notes.append(f"{self.file.name}: {text}: {listed}")
+        self._collected.clear()
 
     # -- values
 
@@ -119,15 +134,24 @@ class XmlReader:
 
     def origin(self, element: LocatedElement, path: KeyPath) -> Data:
         """The <origin> of an element, as URDF has it."""
-        origin = element.first("origin")
+        return self.pose(element.first("origin"), (*path, "origin"))
+
+    def pose(self, origin: LocatedElement | None, key: KeyPath) -> Data:
+        """A pose as URDF has it: xyz, and rpy or a quaternion; the identity without the element."""
         if origin is None:
             return {"xyz": list(_ZERO_VECTOR), "rpy": list(_ZERO_VECTOR)}
-        key = (*path, "origin")
         self.locate(key, origin)
-        return {
-            "xyz": self.numbers(origin, "xyz", 3, (*key, "xyz"), _ZERO_VECTOR),
-            "rpy": self.numbers(origin, "rpy", 3, (*key, "rpy"), _ZERO_VECTOR),
-        }
+        xyz = self.numbers(origin, "xyz", 3, (*key, "xyz"), _ZERO_VECTOR)
+        if "quat_xyzw" not in origin.attributes:
+            rpy = self.numbers(origin, "rpy", 3, (*key, "rpy"), _ZERO_VECTOR)
+            return {"xyz": xyz, "rpy": rpy}
+        if "rpy" in origin.attributes:
+            raise self.error(origin, key, "has rpy and quat_xyzw; expected one of them")
+        x, y, z, w = self.numbers(origin, "quat_xyzw", 4, key)
+        if not any((x, y, z, w)):
+            raise self.error(origin, key, "quat_xyzw is zero, which is no rotation")
+        rotation = rotation_from_quaternion(np.array([w, x, y, z]))
+        return {"xyz": xyz, "rpy": rpy_of(rotation).tolist()}
 
     def _parse(
         self, element: LocatedElement, text: str, count: int, key: KeyPath, shown: str

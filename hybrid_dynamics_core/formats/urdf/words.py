@@ -1,0 +1,195 @@
+"""The words of URDF: what is read, and notes of what is left out.
+
+http://wiki.ros.org/urdf/XML, and URDF+ beside it. No element and no attribute is passed over in
+silence. A word that is not read gets a note with its line; one that looks like a slip is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...description.document import KeyPath
+from ...ground.suggestions import did_you_mean, fold_name
+from ..extras_reader import TAG
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+from ..xml.vocabulary import Vocabulary, vocabulary
+
+_POSE = vocabulary("xyz rpy quat_xyzw")
+_DIRECTION = vocabulary("xyz")
+_LINK = vocabulary("link")
+_LOOP_END = vocabulary("link", "origin")
+_FIXED_JOINT = "fixed joint"
+URDF: dict[str, Vocabulary] = {
+    "robot": vocabulary(
+        "name version",
+        "link joint gazebo transmission ros2_control loop coupling constraint"
+        f" drake:ball_constraint {TAG}",
+    ),
+    "link": vocabulary("name", "inertial"),
+    "inertial": vocabulary("", "origin mass inertia"),
+    "origin": _POSE,
+    "mass": vocabulary("value"),
+    "inertia": vocabulary("ixx iyy izz ixy ixz iyz"),
+    "joint": vocabulary("name type independent", "parent child origin axis limit dynamics mimic"),
+    _FIXED_JOINT: vocabulary("name type independent", "parent child origin"),
+    "parent": _LINK,
+    "child": _LINK,
+    "axis": _DIRECTION,
+    "limit": vocabulary("lower upper effort velocity"),
+    "dynamics": vocabulary("damping friction"),
+    "mimic": vocabulary("joint multiplier offset"),
+    "loop": vocabulary("name type", "predecessor successor axis"),
+    "coupling": vocabulary("name", "predecessor successor ratio"),
+    "predecessor": _LOOP_END,
+    "successor": _LOOP_END,
+    "ratio": vocabulary("value"),
+    "constraint": vocabulary(
+        "name type", "parent child parent_origin child_origin parent_axis child_axis"
+    ),
+    "parent_origin": _POSE,
+    "child_origin": _POSE,
+    "parent_axis": _DIRECTION,
+    "child_axis": _DIRECTION,
+}
+# Words that are known and not read:
+OMITTED: dict[str, Vocabulary] = {
+    "robot": vocabulary("", "material"),
+    "link": vocabulary("type", "visual collision sensor"),
+    "inertia": vocabulary("iyx izx izy"),  # by symmetry
+    "joint": vocabulary("", "calibration safety_controller"),
+    _FIXED_JOINT: vocabulary("", "axis limit dynamics mimic calibration safety_controller"),
+    "limit": vocabulary("acceleration deceleration jerk"),
+}
+# Words that change the mechanics, and are not read:
+REFUSED = {
+    "quat": "write it as quat_xyzw",
+    "quat_wxyz": "write it as quat_xyzw",
+    "loop_joint": "give the loop as <loop>, or under closures",
+    "drake:joint": "write it as a <joint> of URDF",
+    "drake:distance_constraint": "it ties two links",
+    "drake:tendon_constraint": "it ties joints",
+    "drake:linear_bushing_rpy": "it puts springs between two links",
+}
+_SEVERAL = frozenset(
+    {"link", "joint", "gazebo", "transmission", "ros2_control", "loop", "coupling", "constraint"}
+)
+_NAMED = frozenset({"link", "joint", "loop", "coupling", "constraint"})
+_NOTHING = vocabulary()
+_VERSIONS = ("", "1", "1.0", "1.1", "1.2")
+_MAX_SHOWN = 20  # characters of a text
+
+
+@dataclass
+class _Place:
+    """Where a word that is left out stands first, and how often it stands anywhere."""
+
+    element: LocatedElement
+    count: int = 0
+
+
+class WordCheck:
+    """Goes through the elements of a URDF; `<gazebo>` and the like have readers of their own.
+
+    Args:
+        xml: the file.
+    """
+
+    def __init__(self, xml: XmlReader) -> None:
+        self.xml = xml
+        self.places: dict[str, _Place] = {}
+
+    def check(self) -> None:
+        """Check all elements, and add the notes.
+
+        Raises:
+            DescriptionError: a word that looks like a slip, or that ties links or joints.
+        """
+        root = self.xml.root
+        version = root.get("version").strip()
+        if version not in _VERSIONS:
+            self.xml.note(root, f"version {version} is not known; taken as 1.2")
+        self._check(root, ())
+        for words, place in self.places.items():
+            times = ""
+            if place.count > 1:
+                times = f", here and {place.count - 1} times more"
+            self.xml.note(place.element, f"{words} is left out{times}")
+
+    def _check(self, element: LocatedElement, key: KeyPath) -> None:
+        kind = _kind(element)
+        if element.tag in _NAMED:
+            key = (f"{element.tag}s", element.get("name"))
+        self._check_attributes(element, kind, key)
+        read: set[str] = set()
+        for child in element.children:
+            if child.tag in read and child.tag not in _SEVERAL:
+                raise self.xml.error(child, key, f"has a second <{child.tag}>; leave one out")
+            if self._is_read(child, kind, key):
+                read.add(child.tag)
+        text = element.text.strip()
+        if text and element.tag != TAG:
+            self._omit(element, f"the text '{text[:_MAX_SHOWN]}' in <{element.tag}>")
+
+    def _check_attributes(self, element: LocatedElement, kind: str, key: KeyPath) -> None:
+        covered = URDF[kind].attributes
+        omitted = OMITTED.get(kind, _NOTHING).attributes
+        for name in element.attributes:
+            if name in covered or name.startswith("xmlns"):
+                continue
+            if name in REFUSED:
+                problem = f"the attribute {name} is not covered; {REFUSED[name]}"
+                raise self.xml.error(element, key or (element.tag,), problem)
+            if name not in omitted:
+                self._refuse_slip(element, f"the attribute {name}", name, covered, key)
+            self._omit(element, f"{name} of <{kind}>")
+
+    def _is_read(self, child: LocatedElement, kind: str, key: KeyPath) -> bool:
+        """Whether an element is read; it is checked then, and else noted or refused."""
+        tag = child.tag
+        covered = URDF[kind].elements or frozenset()
+        if tag in covered:
+            if tag in URDF:
+                self._check(child, key)
+            return True
+        if tag in REFUSED:
+            raise self.xml.error(child, (tag,), f"is not covered; {REFUSED[tag]}")
+        if tag not in (OMITTED.get(kind, _NOTHING).elements or ()):
+            self._refuse_slip(child, f"the element <{tag}>", tag, covered, key)
+        self._omit(child, f"<{tag}> of <{kind}>")
+        return False
+
+    def _refuse_slip(
+        self,
+        element: LocatedElement,
+        shown: str,
+        word: str,
+        covered: frozenset[str],
+        key: KeyPath,
+    ) -> None:
+        """Refuse a word that is nearly one of those that are read."""
+        for meant in sorted(covered):
+            if _is_slip(fold_name(word), meant):
+                hint = did_you_mean(meant)
+                raise self.xml.error(element, key or (element.tag,), f"{shown} is not known{hint}")
+
+    def _omit(self, element: LocatedElement, words: str) -> None:
+        place = self.places.setdefault(words, _Place(element))
+        place.count += 1
+
+
+def _kind(element: LocatedElement) -> str:
+    """Under which key the words of an element stand."""
+    if element.tag == "joint" and element.get("type") == "fixed":
+        return _FIXED_JOINT
+    return element.tag
+
+
+def _is_slip(word: str, meant: str) -> bool:
+    """Whether one letter too many, too few, another one, or two exchanged part two words."""
+    start = 0
+    while start < min(len(word), len(meant)) and word[start] == meant[start]:
+        start += 1
+    one, other = word[start:], meant[start:]
+    exchanged = one[:2] == other[1::-1] and one[2:] == other[2:]
+    return exchanged or one[1:] == other[1:] or one[1:] == other or one == other[1:]
