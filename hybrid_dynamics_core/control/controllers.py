@@ -16,6 +16,8 @@ from ..closed_state.state import ClosedState
 from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.check_arguments import require_type
+from ..ground.check_arrays import real_array
 from ..ground.wording import counted
 from ..robot.robot import Robot
 from .trajectory import JointTrajectory
@@ -146,7 +148,7 @@ def efforts_along(
         InputError: for times of another shape, and a trajectory of another number of joints.
         ClosureError, SingularityError: with the `index` of the first time that cannot be reached.
     """
-    times = np.asarray(times, dtype=float)
+    times = real_array("times", times)
     if times.ndim != 1 or not len(times):
         raise InputError(f"times has shape {times.shape}; expected (N,)")
     _check_trajectory(robot, trajectory)
@@ -163,9 +165,10 @@ def _of_drives(robot: Robot, tau: Array) -> Array:
 
 def _check_gains(robot: Robot, **gains: ArrayLike) -> None:
     """Raise InputError for gains that are not a number or (n,), finite and zero or positive."""
+    require_type("robot", robot, Robot, "load(...)")
     n = len(robot.active)
     for name, gain in gains.items():
-        values = np.asarray(gain, dtype=float)
+        values = real_array(name, gain)
         if values.shape not in ((), (n,)):
             raise InputError(
                 f"{name} has shape {values.shape}; expected a number or ({n},):"
@@ -180,6 +183,8 @@ def _check_gains(robot: Robot, **gains: ArrayLike) -> None:
 
 def _check_trajectory(robot: Robot, trajectory: JointTrajectory) -> None:
     """Raise InputError for a trajectory of another number of joints."""
+    require_type("robot", robot, Robot, "load(...)")
+    require_type("trajectory", trajectory, JointTrajectory, "JointTrajectory.between(...)")
     columns = trajectory.positions.shape[1]
     n = len(robot.active)
     if columns != n:

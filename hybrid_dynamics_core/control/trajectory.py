@@ -10,6 +10,7 @@ from scipy.interpolate import BPoly, CubicSpline
 
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
+from ..ground.check_arrays import real_array
 
 
 class Reference(NamedTuple):
@@ -58,8 +59,12 @@ class JointTrajectory:
         *,
         at_rest: bool = True,
     ) -> None:
-        self.times = frozen(times)
-        points = [frozen(x) for x in (positions, velocities, accelerations) if x is not None]
+        self.times = frozen(real_array("times", times))
+        points = [frozen(real_array("positions", positions))]
+        if velocities is not None:
+            points.append(frozen(real_array("velocities", velocities)))
+        if accelerations is not None:
+            points.append(frozen(real_array("accelerations", accelerations)))
         if velocities is None and accelerations is not None:
             raise InputError("accelerations are given without velocities")
         _check_times(self.times)
@@ -86,8 +91,10 @@ class JointTrajectory:
         Returns:
             The trajectory.
         """
-        first = np.asarray(start, dtype=float)
-        last = np.asarray(end, dtype=float)
+        first = real_array("start", start)
+        last = real_array("end", end)
+        if first.shape != last.shape:
+            raise InputError(f"start has shape {first.shape}, end {last.shape}; expected (n,) each")
         positions = np.stack([first, last])
         zero = np.zeros_like(positions)
         return cls([begin, begin + duration], positions, zero, zero)
@@ -99,7 +106,7 @@ class JointTrajectory:
 
     def __call__(self, t: ArrayLike) -> Reference:
         """The reference at a time [s], (n,) each, or at times (N,), (N, n) each."""
-        t = np.asarray(t, dtype=float)
+        t = real_array("t", t)
         first, last = self.times[0], self.times[-1]
         within = np.clip(t, first, last)
         moving = ((t >= first) & (t <= last))[..., None]

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..ground.arrays import frozen
+from ..ground.check_arguments import real_number
+from ..ground.check_arrays import real_array
 from .rigid_body import TRIANGLE_SLACK, impossibility, symmetric_inertia
 
 SMOOTHING = 1e-3  # [rad/s or m/s] over which Coulomb friction changes sign by default
@@ -64,14 +66,15 @@ class Payload:
     strict: bool = True
 
     def __post_init__(self) -> None:
-        com = frozen(self.com)
-        inertia = frozen(self.inertia)
+        mass = real_number("mass", self.mass)
+        com = frozen(real_array("com", self.com))
+        inertia = frozen(real_array("inertia", self.inertia))
         if com.shape != (3,) or inertia.shape != (3, 3):
             raise InputError(
                 f"a payload has com (3,) and inertia (3, 3), not {com.shape} and {inertia.shape}"
             )
-        numbers = (self.mass, *com, *inertia.ravel())
-        if self.mass < 0.0 or not np.isfinite(numbers).all():
+        numbers = (mass, *com, *inertia.ravel())
+        if mass < 0.0 or not np.isfinite(numbers).all():
             raise InputError(
                 f"a payload has a mass of zero or more and finite numbers, not {self.mass} kg"
             )

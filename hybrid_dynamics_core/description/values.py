@@ -44,7 +44,9 @@ class ValueReader:
         """A finite number from a number or an expression."""
         number = self.number_or_infinity(value, path)
         if not math.isfinite(number) or abs(number) > _LARGEST:
-            raise self.document.error(path, f"is {value}; expected a finite number in SI units")
+            what = "not finite" if not math.isfinite(number) else "too large"
+            problem = f"is {value}, which is {what}; expected a finite number in SI units"
+            raise self.document.error(path, problem)
         return number
 
     def number_or_infinity(self, value: Scalar, path: KeyPath) -> float:
@@ -52,9 +54,12 @@ class ValueReader:
         names = self.document.scope(path, self.parameters)
         units = units_at(self.document, path)
         try:
-            return number_from(value, names, units)
+            number = number_from(value, names, units)
         except (ValueError, OverflowError) as error:
             raise self.document.error(path, str(error)) from error
+        if math.isnan(number):
+            raise self.document.error(path, f"is {value}, which is not finite; expected a number")
+        return number
 
     def length(self, value: Scalar, path: KeyPath) -> float:
         """A number [m] above zero."""

@@ -18,6 +18,8 @@ from ..description.effects import Payload
 from ..description.model import RobotDescription, effects_of
 from ..errors import InputError
 from ..ground.arrays import Array, Picklable, frozen
+from ..ground.check_arguments import require_type
+from ..ground.check_arrays import real_array
 
 Axes = Literal["base", "frame"]
 AXES = ("base", "frame")
@@ -74,7 +76,7 @@ class JointEffects:
     def __post_init__(self) -> None:
         size = np.shape(self.viscous)
         for name in self.__dataclass_fields__:
-            values = frozen(getattr(self, name))
+            values = frozen(real_array(name, getattr(self, name)))
             if values.shape != size or values.ndim != 1 or not np.isfinite(values).all():
                 raise InputError(
                     f"{name} has shape {values.shape}; expected {size} finite numbers, one a"
@@ -130,6 +132,7 @@ class Loads(Picklable):
             frame: name of the frame. A link's name is its own frame.
         """
         _require_payload(payload)
+        require_type("frame", frame, str, "'end_effector'")
         on_frame = (*self.payloads.get(frame, ()), payload)
         return replace(self, payloads=MappingProxyType({**self.payloads, frame: on_frame}))
 
@@ -146,6 +149,7 @@ class Loads(Picklable):
         Raises:
             InputError: the wrench is not 6 finite numbers, or there are no such axes.
         """
+        require_type("frame", frame, str, "'end_effector'")
         values = _wrench_values(wrench, frame)
         if axes not in AXES:
             raise InputError(f"axes is '{axes}'; expected {' or '.join(AXES)}")
@@ -154,12 +158,12 @@ class Loads(Picklable):
 
     def with_effects(self, **changes: ArrayLike) -> Loads:
         """These loads with other joint effects, each (n_s,), such as viscous=[...]."""
-        arrays = {name: np.asarray(values) for name, values in changes.items()}
+        arrays = {name: real_array(name, values) for name, values in changes.items()}
         return replace(self, effects=replace(self.effects, **arrays))
 
     def with_gravity(self, gravity: ArrayLike) -> Loads:
         """These loads with another gravity (3,) [m/s^2], base axes."""
-        values = frozen(gravity)
+        values = frozen(real_array("gravity", gravity))
         if values.shape != (3,) or not np.isfinite(values).all():
             raise InputError(f"gravity has shape {values.shape}; expected 3 finite numbers")
         return replace(self, gravity=values)
@@ -188,10 +192,7 @@ def _require_payload(value: object) -> None:
 
 def _wrench_values(wrench: ArrayLike, frame: str) -> Array:
     """A wrench (6,) or (N, 6) from outside."""
-    try:
-        values = frozen(wrench)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the wrench on '{frame}' is not an array of numbers: {error}") from error
+    values = frozen(real_array(f"the wrench on '{frame}'", wrench))
     if values.ndim not in (1, 2) or values.shape[-1] != 6 or not np.isfinite(values).all():
         raise InputError(
             f"the wrench on '{frame}' has shape {values.shape}; expected 6 finite numbers, force"

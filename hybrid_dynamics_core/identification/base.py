@@ -15,7 +15,7 @@ from ..dynamics.loads import Loads
 from ..dynamics.parameters import Parameters, described_parameters
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..robot.robot import Robot
+from ..robot.taken import AnyRobot, robot_of
 from .excite import random_motion
 
 RANK = 1e-9  # share of the largest pivot: far above rounding, far below errors of measurements
@@ -84,7 +84,7 @@ def _term(factor: float, name: str) -> str:
 
 
 def base_parameters(
-    robot: Robot,
+    robot: AnyRobot,
     parameters: Parameters | None = None,
     loads: Loads | None = None,
     count: int = 0,
@@ -94,7 +94,7 @@ def base_parameters(
     """The base parameters of a robot, from its regressor in random states.
 
     Args:
-        robot: the model.
+        robot: the model, or its description.
         parameters: of which combinations are made; None: inertias of all links with mass.
         loads: what acts besides the actuators; None: what the description gives.
         count: number of states; 0: enough for the number of parameters.
@@ -108,6 +108,7 @@ def base_parameters(
     Raises:
         InputError: no parameter has any effect on tau.
     """
+    robot = robot_of(robot)
     if parameters is None:
         parameters = described_parameters(robot.description)
     names = parameters.names

@@ -20,9 +20,10 @@ from ..dynamics.pack_loads import inertial_vector
 from ..dynamics.parameters import JOINT_KINDS, Parameters, described_parameters, link_of
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.check_arguments import require_type
 from ..ground.check_arrays import finite_vectors
 from ..ground.wording import counted, singular_or_plural
-from ..robot.robot import Robot
+from ..robot.taken import AnyRobot, robot_of
 from .base import RANK, BaseParameters, base_parameters, numerical_rank
 from .consistency import consistent
 from .outliers import Mask, outlying_samples
@@ -105,7 +106,7 @@ class Identification:
 
 
 def identify(
-    robot: Robot,
+    robot: AnyRobot,
     state: ClosedState,
     ddu: ArrayLike,
     tau: ArrayLike,
@@ -117,7 +118,8 @@ def identify(
     Samples that noise does not explain are left out, see `Identification.outlying`.
 
     Args:
-        robot: the model. Parameters that are not estimated are taken as it has them.
+        robot: the model, or its description. Parameters that are not estimated are taken as it has
+            them.
         state: N states, a batch.
         ddu: (N, n) accelerations of the active joints [rad/s^2 or m/s^2].
         tau: (N, n) measured efforts [N m or N].
@@ -132,9 +134,12 @@ def identify(
         InputError: for a row whose loops do not close, entries that are not finite, and names that
             the robot does not have.
     """
+    robot = robot_of(robot)
+    require_type("state", state, ClosedState, "robot.close(u, du)")
     if parameters is None:
         parameters = described_parameters(robot.description)
     loads = robot.loads if loads is None else loads
+    require_type("loads", loads, Loads, "robot.loads")
     parameters.check(robot.description)
     if state.u.ndim != 2:
         raise InputError("identification takes a batch of states")

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from ..closed_state.state import ClosedState
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.check_arguments import real_number, whole_number
 from ..robot.robot import Robot
+from ..robot.taken import AnyRobot, robot_of
 
 REACH = 0.5  # [rad or m] about the reference where a coordinate has no limits
 TRIES = 30
@@ -16,7 +18,7 @@ REGULAR = 0.02  # distance to a singularity below which a state is left out
 
 
 def random_motion(
-    robot: Robot,
+    robot: AnyRobot,
     count: int,
     seed: int = 0,
     rate: float = 1.0,
@@ -25,7 +27,7 @@ def random_motion(
     """Independent random states within the limits, with accelerations.
 
     Args:
-        robot: the model.
+        robot: the model, or its description.
         count: number of states N.
         seed: of the random numbers.
         rate: largest of each coordinate [rad/s or m/s].
@@ -37,7 +39,11 @@ def random_motion(
     Raises:
         InputError: where hardly any state about the reference closes.
     """
-    rng = np.random.default_rng(seed)
+    robot = robot_of(robot)
+    count = whole_number("count", count)
+    rng = np.random.default_rng(whole_number("seed", seed, 0))
+    rate = real_number("rate", rate)
+    acceleration = real_number("acceleration", acceleration)
     n = len(robot.active)
     reach = REACH
     samples: list[Array] = []

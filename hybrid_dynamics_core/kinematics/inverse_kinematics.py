@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.check_arguments import real_number
 from ..ground.check_arrays import finite_vectors
 from .closed_kinematics import ClosedKinematics
 from .ik_descent import Descent, IKStatus, distinct, unwound
@@ -185,7 +186,8 @@ def _position_target(target: ArrayLike) -> Pose:
 
 
 def _masked_rows(mask: Sequence[bool]) -> Rows:
-    if len(mask) != 6 or not any(mask):
+    flags = np.asarray(mask, dtype=object)
+    if flags.shape != (6,) or not any(flags):
         raise InputError(
             "mask: expected six booleans for x, y, z and rotation about x, y, z, at least one True"
         )
@@ -202,6 +204,7 @@ def _check_distance(pose: Pose, rows: Sequence[int]) -> None:
 
 
 def _tolerance(tolerance: float) -> float:
+    tolerance = real_number("tolerance", tolerance)
     if not 0.0 < tolerance < np.inf:
         raise InputError(f"tolerance: {tolerance!r}: expected a length above zero [m]")
     return float(tolerance)

@@ -10,6 +10,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.check_arguments import real_number, require_type
+from ..ground.check_arrays import real_array
 from ..ground.suggestions import suggestion
 from ..ground.units import coordinate_unit
 from .closed_kinematics import ClosedKinematics
@@ -44,18 +46,26 @@ def sampled_ranges(
         InputError: a range is empty, infinite or outside of the limits; or a coordinate is not
             active, or its value is not finite.
     """
+    if ranges is not None:
+        require_type("ranges", ranges, Mapping, "{'q1': (0.0, 1.0)}")
+    if held is not None:
+        require_type("held", held, Mapping, "{'q1': 0.5}")
     ranges = ranges or {}
     held = held or {}
     box, assumed = _limited_ranges(robot, {*ranges, *held})
     for name, limits in ranges.items():
         _check_active(robot, "range", name)
-        _check_range(robot, name, limits)
-        box[robot.active.index(name)] = limits
+        ends = real_array(f"range of {name}", limits)
+        if ends.shape != (2,):
+            raise InputError(f"range: {name} is {limits}; expected (lower, upper)")
+        lower, upper = ends.tolist()
+        _check_range(robot, name, (lower, upper))
+        box[robot.active.index(name)] = ends
     for name, value in held.items():
         _check_active(robot, "held", name)
         if name in ranges:
             raise InputError(f"held: {name} has a range too; leave one out")
-        if not math.isfinite(value):
+        if not math.isfinite(real_number(f"held: {name}", value)):
             raise InputError(f"held: {name} is {value}; expected a finite number")
         box[robot.active.index(name)] = value
     return box, tuple(assumed)

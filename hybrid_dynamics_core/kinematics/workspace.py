@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..closed_state.state import ClosedState, ClosureStatus
-from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.check_arguments import whole_number
 from ..ground.progress import Progress
 from .closed_kinematics import ClosedKinematics
 from .sampling import Ranges, halton_samples, sampled_ranges, samples_about
@@ -169,8 +169,7 @@ def find_workspace(
     Raises:
         InputError: count is below 1, or ranges or held coordinates cannot be used.
     """
-    if count < 1:
-        raise InputError(f"count is {count}; expected 1 sample or more")
+    count = whole_number("count", count)
     box, assumed = sampled_ranges(robot, ranges, held)
     u = halton_samples(box, count, denser=count // 2)
     starts = range(0, len(u), _BATCH)

@@ -14,6 +14,7 @@ from ..description.actuators import HydraulicCylinder
 from ..dynamics.hydraulics import CylinderState, cylinder_state
 from ..errors import InputError, SingularityError
 from ..ground.arrays import Array
+from ..ground.check_arrays import mapping_of, real_array
 from ..ground.lazy import lazy
 from .closure import Closure
 from .model import RobotModel
@@ -82,7 +83,7 @@ class Actuation:
         self._closure.check_state(state)
         coordinates = self._model.coordinates
         along = np.zeros_like(state.s)
-        for name, force in forces.items():
+        for name, force in mapping_of("forces", forces).items():
             if name not in coordinates:
                 raise InputError(f"there is no joint '{name}'; known: {', '.join(coordinates)}")
             along[..., coordinates.index(name)] += _checked_force(state, name, force)
@@ -191,7 +192,7 @@ class Actuation:
 
 def _checked_force(state: ClosedState, name: str, force: ArrayLike) -> Array:
     """A force on a joint, one for each state, as an array."""
-    value = np.asarray(force, dtype=float)
+    value = real_array(f"the force on '{name}'", force)
     shapes = ((), state.s.shape[:-1])
     if value.shape not in shapes or not np.isfinite(value).all():
         raise InputError(

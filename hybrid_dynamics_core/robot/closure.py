@@ -125,8 +125,8 @@ class Closure:
             n = len(self.model.active)
             raise InputError(f"u has shape {u.shape}; expected a motion (N, {n})")
         du = self._rates(u, du, len(u))
-        signs = self._signs_for(near, None)
         start = self._start_at(near, -1)
+        signs = self._signs_for(near, None)
         values, codes = self._solver.path(u, du, signs, start)
         state = self._states.build(u, du, signs, values, codes)
         if near is None:

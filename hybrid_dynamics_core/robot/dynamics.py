@@ -19,6 +19,7 @@ from ..dynamics.pins import Pin, find_pins
 from ..dynamics.reactions import Reactions, named_reactions
 from ..errors import MassSingularityError
 from ..ground.arrays import Array
+from ..ground.check_arguments import require_type
 from ..ground.lazy import lazy
 from ..kernels.status import GOOD, MASS_SINGULAR
 from .closure import Closure
@@ -189,9 +190,11 @@ class Dynamics:
         ddu = self._closure.vector_like(state, "ddu", ddu)
         if parameters is None:
             parameters = described_parameters(self._model.description)
+        require_type("parameters", parameters, Parameters, "hybrid_dynamics_core.Parameters(...)")
         parameters.check(self._model.description)
         if loads is None:
             loads = self.loads
+        require_type("loads", loads, Loads, "robot.loads")
         inputs = {"u": state.u, "du": state.du, "ddu": ddu}
         inputs |= {"branch": state.signs, "guess": state.s}
         inputs |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
@@ -215,6 +218,7 @@ class Dynamics:
         self._closure.check_state(state)
         if loads is None:
             loads = self.loads
+        require_type("loads", loads, Loads, "robot.loads")
         gravity = loads.gravity
         pattern, values_of_loads = self._programs.pack(loads)
         program, key = programs.motion(pattern), pattern.key("motion")

@@ -98,7 +98,10 @@ class RobotModel:
         Raises:
             InputError: there is no such frame.
         """
-        name = name or self.description.end_effector
+        if name is None:
+            name = self.description.end_effector
+        if not isinstance(name, str):
+            raise InputError(f"frame is {name!r}; expected the name of a frame or link")
         if name in self.description.frames:
             return self.description.frames[name]
         if name in self.description.links:

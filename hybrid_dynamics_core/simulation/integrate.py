@@ -18,9 +18,11 @@ from scipy.integrate import DenseOutput, OdeSolver
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.check_arguments import require_type
 from ..ground.check_arrays import finite_vectors
 from ..ground.progress import Progress
 from ..robot.robot import Robot
+from ..robot.taken import AnyRobot, robot_of
 from .events import Event, Watch
 from .result import Simulation
 from .search import Step, first_event
@@ -33,7 +35,7 @@ PLACES = 9  # in a step that are looked at, at least: one more than the degree o
 
 
 def simulate(
-    robot: Robot,
+    robot: AnyRobot,
     u: ArrayLike | ClosedState,
     du: ArrayLike | None = None,
     tau: ArrayLike | Efforts | None = None,
@@ -43,7 +45,7 @@ def simulate(
     """The motion from active coordinates and rates, or from a ClosedState, under efforts tau.
 
     Args:
-        robot: the model.
+        robot: the model, or its description.
         u: (n,) active coordinates [rad or m], or a ClosedState.
         du: (n,) active rates [rad/s or m/s]; zero if None.
         tau: efforts [N m or N]: None (none), constant (n,), or a function of time [s] and
@@ -61,7 +63,10 @@ def simulate(
         ClosureError: where the start does not close.
         MassSingularityError: where the mass matrix is singular.
     """
-    settings = settings or Settings()
+    robot = robot_of(robot)
+    if settings is None:
+        settings = Settings()
+    _check_order(du, tau, t_span, settings)
     span = checked_span(t_span)
     start = u if isinstance(u, ClosedState) else robot.close(u, du)
     if start.u.ndim != 1:
@@ -71,6 +76,18 @@ def simulate(
     with Progress(f"simulating {robot.name}", duration, settings.progress) as progress:
         run.integrate(progress)
     return run.result()
+
+
+def _check_order(du: object, tau: object, t_span: object, settings: object) -> None:
+    """Say so where an argument is left out and the ones after it stand one place too early."""
+    order = "simulate(robot, u, du, tau, t_span, settings)"
+    if isinstance(t_span, Settings):
+        raise InputError(f"t_span is of type Settings; the order is {order}: is `du` left out?")
+    if callable(du) or isinstance(du, Settings):
+        raise InputError(f"du is of type {type(du).__name__}; the order is {order}")
+    if isinstance(tau, Settings):
+        raise InputError(f"tau is of type Settings; the order is {order}")
+    require_type("settings", settings, Settings, "Settings(rate=100.0)")
 
 
 class _Sample(NamedTuple):

@@ -10,6 +10,8 @@ from scipy import integrate
 
 from ..dynamics.loads import Loads
 from ..errors import InputError
+from ..ground.check_arguments import real_number, require_type
+from ..ground.check_arrays import real_array
 
 METHODS = {
     "DOP853": integrate.DOP853,
@@ -63,10 +65,11 @@ class Settings:
             raise InputError(f"there is no method '{self.method}'; known: {', '.join(METHODS)}")
         for name in _POSITIVE:
             value = getattr(self, name)
-            if value is not None and not value > 0.0:
+            if value is not None and not real_number(name, value) > 0.0:
                 raise InputError(f"{name} is {value}; expected a number above zero")
         if self.loads is None:
             return
+        require_type("loads", self.loads, Loads, "robot.loads")
         for wrench in self.loads.wrenches.values():
             if wrench.values.ndim > 1:
                 raise InputError("a simulation takes one wrench on a frame, not one a row")
@@ -78,7 +81,10 @@ def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     Raises:
         InputError: for other times.
     """
-    start, end = map(float, t_span)
+    times = real_array("t_span", t_span)
+    if times.shape != (2,):
+        raise InputError(f"t_span has shape {times.shape}; expected start and end, as (0.0, 2.0)")
+    start, end = times.tolist()
     finite = np.isfinite(start) and np.isfinite(end)
     if not (finite and start < end):
         raise InputError(

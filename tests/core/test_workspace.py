@@ -155,7 +155,7 @@ def test_other_frames_and_loops_that_are_followed() -> None:
 def test_wrong_ranges_are_refused(five_bar: Robot, ranges: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
         five_bar.workspace(10, ranges=ranges)
-    with pytest.raises(InputError, match="expected 1 sample or more"):
+    with pytest.raises(InputError, match="expected a whole number of at least 1"):
         five_bar.workspace(0)
 
 

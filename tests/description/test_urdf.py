@@ -272,7 +272,7 @@ CASES = {
         3,
         '<origin> xyz="0.05 0"; expected 3 numbers',
     ),
-    "not finite": ('xyz="0.05 0 0"', 'xyz="0.05 0 nan"', 3, "expected 3 numbers"),
+    "not finite": ('xyz="0.05 0 0"', 'xyz="0.05 0 nan"', 3, "which is not finite"),
     "axis without length": (
         '<axis xyz="0 0 1"/>',
         '<axis xyz="0 0 0"/>',

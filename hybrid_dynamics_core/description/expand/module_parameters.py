@@ -119,7 +119,7 @@ class ModuleParameters:
     def _check_range(self, value: float, parameter: Data, path: KeyPath) -> None:
         expected = ""
         if math.isnan(value):
-            expected = "a number"
+            expected = "a finite number; this is not finite"
         if "above" in parameter and not value > parameter["above"]:
             expected = f"a number above {parameter['above']:g}"
         if "least" in parameter and not value >= parameter["least"]:

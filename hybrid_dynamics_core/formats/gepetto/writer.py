@@ -12,7 +12,8 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from ...description.document import Data
-from ...description.model import Closure, RobotDescription
+from ...description.model import Closure
+from ...robot.taken import AnyRobot, description_of
 from .. import shapes
 from ..extras_reader import TAG
 from ..extras_writer import extras_of, extras_summary, extras_text
@@ -36,19 +37,23 @@ class Pair(NamedTuple):
     urdf: str
 
 
-def to_gepetto(robot: RobotDescription) -> Pair:
+def to_gepetto(robot: AnyRobot) -> Pair:
     """robot.yaml and robot.urdf of a robot; the two belong beside each other, with one stem.
 
     What the pair has no words for stands under a key of its own, which Gepetto's loader passes
     over.
 
     Args:
-        robot: that is written.
+        robot: that is written, or its description.
+
+    Raises:
+        InputError: it is neither.
     """
-    root = tree_element(robot)
-    pairs = _Pairs(root, _AXIS_ARM * shapes.robot_size(robot))
-    extras = extras_of(robot, FEATURES)
-    for closure in robot.closures:
+    description = description_of(robot)
+    root = tree_element(description)
+    pairs = _Pairs(root, _AXIS_ARM * shapes.robot_size(description))
+    extras = extras_of(description, FEATURES)
+    for closure in description.closures:
         pairs.add(closure, "", 0.0)
         if closure.kind == "axis":
             pairs.add(closure, "_axis", pairs.arm)
@@ -56,15 +61,15 @@ def to_gepetto(robot: RobotDescription) -> Pair:
     entries: Data = {
         "closed_loop": pairs.ends,
         "type": pairs.types,
-        "name_mot": list(robot.motors),
+        "name_mot": list(description.motors),
         "joint_name": [],
         "joint_type": [],
         TAG: {"pairs": pairs.names, **extras},
     }
     insert_comment(root, _URDF_COMMENT)
     comment = (
-        f"# {robot.name}: pairs of frames that close the loops of the URDF beside this file, and"
-        f" the motors.\n# {TAG}: what pairs have no words for: {extras_summary(extras)}.\n"
+        f"# {description.name}: pairs of frames that close the loops of the URDF beside this file,"
+        f" and the motors.\n# {TAG}: what pairs have no words for: {extras_summary(extras)}.\n"
     )
     return Pair(f"{comment}{extras_text(entries)}\n", xml_text(root))
 

@@ -18,6 +18,7 @@ from ...description.model import Closure, Frame, Joint, Link, Mimic, RobotDescri
 from ...description.rigid_body import nearest_possible
 from ...ground.arrays import Array
 from ...robot.robot import Robot
+from ...robot.taken import AnyRobot, robot_of
 from .. import shapes
 from ..extras_reader import TAG
 from ..extras_writer import (
@@ -51,16 +52,19 @@ _ROUNDING = 1e-15  # relative, of moments
 _INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 
 
-def to_mjcf(robot: Robot) -> str:
+def to_mjcf(robot: AnyRobot) -> str:
     """MJCF text of a robot, with the same names of links and joints.
 
     Weight, masses, friction, drives and springs are the same. Coulomb friction is MuJoCo's, which
     needs no smoothing. Hydraulic pressures are omitted: motors give forces.
 
     Args:
-        robot: that is written.
+        robot: that is written, or its description.
+
+    Raises:
+        InputError: it is neither.
     """
-    return _MjcfWriter(robot).text()
+    return _MjcfWriter(robot_of(robot)).text()
 
 
 class _MjcfWriter:

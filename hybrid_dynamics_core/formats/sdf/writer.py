@@ -20,6 +20,7 @@ from ...errors import InputError
 from ...ground.arrays import Array, frozen
 from ...mechanism.tree import build_tree
 from ...robot.robot import Robot
+from ...robot.taken import AnyRobot, robot_of
 from .. import shapes
 from ..extras_reader import TAG
 from ..extras_writer import (
@@ -47,18 +48,19 @@ _FEATURES = frozenset(Feature) - {Feature.MIMIC_OF_SEVERAL}
 _Z_AXIS = frozen([0.0, 0.0, 1.0])
 
 
-def to_sdf(robot: Robot) -> str:
+def to_sdf(robot: AnyRobot) -> str:
     """SDFormat text of a robot, with the same names of links and joints.
 
     Loops become joints between links that hang already.
 
     Args:
-        robot: that is written.
+        robot: that is written, or its description.
 
     Raises:
-        InputError: a name is one that SDFormat keeps for itself, or names two things.
+        InputError: it is neither; or a name is one that SDFormat keeps for itself, or names two
+            things.
     """
-    return _SdfWriter(robot).text()
+    return _SdfWriter(robot_of(robot)).text()
 
 
 class _SdfWriter:

@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ...description.document import Data
 from ...description.model import Closure, Frame, RobotDescription
+from ...robot.taken import AnyRobot, description_of
 from .. import shapes
 from ..extras_reader import TAG
 from ..extras_writer import extras_of, extras_summary, extras_text, without_empty
@@ -27,7 +28,7 @@ _LOOP_TYPES = {  # by kind of closure
 }
 
 
-def to_urdf_plus(robot: RobotDescription) -> str:
+def to_urdf_plus(robot: AnyRobot) -> str:
     """The whole robot as URDF+ text.
 
     What URDF+ has no words for stands in an element that other programs ignore, and is read back
@@ -37,19 +38,20 @@ def to_urdf_plus(robot: RobotDescription) -> str:
     Args:
         robot: the robot that is written.
     """
-    root = tree_element(robot)
+    description = description_of(robot)
+    root = tree_element(description)
     for element in root.findall("joint"):
         if element.get("type") != "fixed":
             independent = "false"
-            if element.get("name") in robot.motors:
+            if element.get("name") in description.motors:
                 independent = "true"
             element.set("independent", independent)
-    for closure in robot.closures:
-        _add_loop(root, robot, closure)
-    coupled = _add_couplings(root, robot)
-    extras = _without_mimics(extras_of(robot, FEATURES), coupled)
+    for closure in description.closures:
+        _add_loop(root, description, closure)
+    coupled = _add_couplings(root, description)
+    extras = _without_mimics(extras_of(description, FEATURES), coupled)
     aside = f"<{TAG}> holds what URDF+ has no words for: {extras_summary(extras)}."
-    insert_comment(root, f"{aside} Other programs pass it over.{limits_text(robot)}")
+    insert_comment(root, f"{aside} Other programs pass it over.{limits_text(description)}")
     add_text(root, TAG, f"\n{extras_text(extras)}\n")
     return xml_text(root)
 

@@ -12,6 +12,7 @@ from xml.etree.ElementTree import Element, SubElement
 from ...description.geometry import rotation_with_z_axis, rpy_of
 from ...description.model import Frame, Joint, Link, Mimic, RobotDescription, effects_of
 from ...ground.arrays import Array
+from ...robot.taken import AnyRobot, description_of
 from .. import shapes
 from ..extras_writer import Feature, extras_of, extras_summary
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
@@ -23,7 +24,7 @@ FEATURES = frozenset(
 _LONGEST_TRAVEL = 1e3  # [m] a slide without a limit gets one so far off: URDF wants both
 
 
-def to_urdf(robot: RobotDescription) -> str:
+def to_urdf(robot: AnyRobot) -> str:
     """The spanning tree of a robot as URDF text, with the same link frames and joint names.
 
     Axes, masses, inertias and limits on both sides are the same too. Frames become links without
@@ -33,11 +34,12 @@ def to_urdf(robot: RobotDescription) -> str:
     Args:
         robot: the robot that is written.
     """
-    root = tree_element(robot)
-    cut = ", ".join(closure.name for closure in robot.closures) or "none"
-    omitted = extras_summary(extras_of(robot, FEATURES))
-    limits = limits_text(robot)
-    free = _free_followers(robot)
+    description = description_of(robot)
+    root = tree_element(description)
+    cut = ", ".join(closure.name for closure in description.closures) or "none"
+    omitted = extras_summary(extras_of(description, FEATURES))
+    limits = limits_text(description)
+    free = _free_followers(description)
     insert_comment(root, f"Loops that are cut: {cut}. Not in this file: {omitted}.{limits}{free}")
     return xml_text(root)
 

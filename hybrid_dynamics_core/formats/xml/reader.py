@@ -160,8 +160,11 @@ class XmlReader:
             values = [float(part) for part in text.split()]
         except ValueError:
             values = []
-        if len(values) != count or not all(map(math.isfinite, values)):
+        if len(values) != count:
             raise self._no_numbers(element, count, key, shown)
+        if not all(map(math.isfinite, values)):
+            problem = f"<{element.tag}> {shown}, which is not finite; expected finite numbers"
+            raise self.error(element, key, problem)
         return values
 
     def _no_numbers(

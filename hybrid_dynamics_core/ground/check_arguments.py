@@ -1,0 +1,55 @@
+"""Arguments that are no arrays: of the right type, or an error that says what was expected."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import InputError
+
+
+def require_type(name: str, value: object, kind: type, how: str) -> None:
+    """Check the type of an argument.
+
+    Args:
+        name: of the argument, for messages.
+        value: what was given for it.
+        kind: type that it has to have.
+        how: where one comes from, as `robot.loads`.
+
+    Raises:
+        InputError: it is of another type.
+    """
+    if not isinstance(value, kind):
+        given = type(value).__name__
+        raise InputError(f"{name} is of type {given}; expected {kind.__name__}, as {how}")
+
+
+def real_number(name: str, value: object) -> float:
+    """A real number, which may be infinite.
+
+    Args:
+        name: of the argument, for messages.
+        value: what was given for it.
+
+    Raises:
+        InputError: it is no real number.
+    """
+    if not isinstance(value, bool) and isinstance(value, (int, float, np.integer, np.floating)):
+        return float(value)
+    raise InputError(f"{name} is {value!r} ({type(value).__name__}); expected a number")
+
+
+def whole_number(name: str, value: object, least: int = 1) -> int:
+    """A whole number.
+
+    Args:
+        name: of the argument, for messages.
+        value: what was given for it.
+        least: the smallest that is taken.
+
+    Raises:
+        InputError: it is no whole number, or too small.
+    """
+    if not isinstance(value, bool) and isinstance(value, (int, np.integer)) and value >= least:
+        return int(value)
+    raise InputError(f"{name} is {value!r}; expected a whole number of at least {least}")
