@@ -165,7 +165,8 @@ class Closure:
             rates: their rates by name [rad/s, m/s]; zero where left out.
             accelerations: their accelerations by name [rad/s^2, m/s^2]; zero where left out.
             near: closed state from which the motion is followed, one or one for each row; the
-                reference if None.
+                reference if None. Coordinates that determine nothing at the reference, as at a
+                dead centre, are judged there.
 
         Returns:
             The closed state, or a batch of N. Its `dds` are the accelerations of all coordinates.
@@ -183,8 +184,10 @@ class Closure:
 
     def _close_one_given(self, motion: GivenMotion, near: ClosedState | None) -> ClosedState:
         given = motion.names
-        model = self.model.program_model_from(given)
-        start = self.start if near is None else near.s
+        start = None if near is None else near.s
+        model = self.model.program_model_from(given, start)
+        if start is None:
+            start = self.start
         signs = matching_signs(model, start)
         solver = self._solver_of(f"close {given}", model)
         here, _ = solver.at(start, signs)

@@ -209,24 +209,34 @@ class RobotModel:
         idle = tuple(self.active.index(name) for name in self.idle)
         return Model(self.tree, self.plan, idle)
 
-    def program_model_from(self, given: tuple[str, ...]) -> Model:
+    def program_model_from(self, given: tuple[str, ...], near: Array | None = None) -> Model:
         """The same with other given coordinates.
 
         Args:
             given: n names of `coordinates`.
+            near: a closed configuration (n_s,) [rad, m] at which the coordinates are judged where
+                they do not determine the other ones at the reference.
 
         Raises:
             InputError: a name is unknown, or these coordinates do not determine the other ones.
         """
         if given not in self._models_by_given:
-            self._models_by_given[given] = Model(self.tree, self._plan_from(given))
+            self._models_by_given[given] = Model(self.tree, self._plan_near(given, near))
         return self._models_by_given[given]
+
+    def _plan_near(self, given: tuple[str, ...], near: Array | None) -> ClosurePlan:
+        try:
+            return self._plan_from(given, self.reference_s)
+        except InputError:
+            if near is None:
+                raise
+        return self._plan_from(given, near)
 
     @lazy
     def _models_by_given(self) -> dict[tuple[str, ...], Model]:
         return {}
 
-    def _plan_from(self, given: tuple[str, ...]) -> ClosurePlan:
+    def _plan_from(self, given: tuple[str, ...], s: Array) -> ClosurePlan:
         for name in given:
             if name not in self.coordinates:
                 raise InputError(no_such_name("coordinate", name, self.coordinates))
@@ -238,7 +248,7 @@ class RobotModel:
                 f" the mechanism has {counted(n, 'degree')} of freedom; name {n}"
             )
         indices = [self.coordinates.index(name) for name in given]
-        near = dict(enumerate(self.reference_s.tolist()))
+        near = dict(enumerate(s.tolist()))
         try:
             return build_plan(self.tree, self.description, indices, near)
         except DescriptionError as error:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, InputError, Robot
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import robot
 
 U = np.array([0.3, 0.15, 0.175, 0.4])
@@ -187,3 +188,29 @@ def test_the_limits_of_a_cylinder_are_told_beside_the_range_of_its_loop() -> Non
     ) as caught:
         excavator.close([0.0, 2.0, 0.7, 0.6])
     assert caught.value.allowed == pytest.approx(tuple(excavator.closing_range[1]))
+
+
+DEAD_CENTRE = """\
+format: 1
+name: dead_centre
+links: {base: {}, crank: {mass: 1}, rod: {mass: 1}, ram: {mass: 1}}
+joints:
+  a: {type: revolute, parent: base, child: crank, axis: z}
+  b: {type: revolute, parent: crank, child: rod, axis: z, origin: {xyz: [0.2, 0, 0]}}
+  x: {type: prismatic, parent: base, child: ram, axis: x}
+closures: {cl: {kind: planar, between: {rod: [0.5, 0, 0], ram: [0, 0, 0]}}}
+active: [a]
+end_effector: {link: ram}
+reference: {a: 0, b: 0, x: 0.7}
+"""
+
+
+def test_coordinates_are_judged_where_the_motion_comes_from() -> None:
+    """At its dead centre, the reference, the ram says nothing of the crank; elsewhere it does."""
+    machine = Robot(parse_description(DEAD_CENTRE, file="dead.yaml"))
+    with pytest.raises(InputError, match=r"x cannot be given together: .*singular"):
+        machine.close_given({"x": 0.55})
+    near = machine.close_path(np.array([[0.3], [0.9]])).rows(-1)
+    state = machine.close_given({"x": 0.55}, near=near)
+    expected = np.arccos((0.55**2 + 0.2**2 - 0.5**2) / (2 * 0.55 * 0.2))  # cosine rule
+    assert state.u[0] == pytest.approx(expected, abs=1e-12)

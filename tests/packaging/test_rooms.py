@@ -47,6 +47,7 @@ ALLOWED = {  # sides, terms of files, names that users see, names of other libra
     "spread",
     "ModuleNotFoundError",
     "FileNotFoundError",
+    "NOT_FOUND",
 }
 
 
