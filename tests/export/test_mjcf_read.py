@@ -126,7 +126,18 @@ WRONG = {
         "motors.q: drives a site, which is not covered",
         14,
     ),
-    "other file": ("  <worldbody>", '  <include file="a.xml"/><worldbody>', "includes 'a.xml'", 4),
+    "other file": (
+        "  <worldbody>",
+        '  <include file="a.xml"/><worldbody>',
+        "includes 'a.xml', which is not there",
+        4,
+    ),
+    "itself": (
+        "  <worldbody>",
+        '  <include file="model.xml"/><worldbody>',
+        "includes 'model.xml', which is included already",
+        4,
+    ),
     "tied to nothing": (
         "  <actuator>",
         '  <equality><connect name="c" site1="mark" site2="mork"/></equality>\n  <actuator>',

@@ -202,3 +202,28 @@ def test_the_drawn_pose_is_moved_into_the_limits(tmp_path: Path) -> None:
     robot = read(tmp_path, limited)
     assert robot.reference == pytest.approx([0.2])
     assert any("drawn at 0, beyond its limits" in note for note in robot.description.notes)
+
+
+SCENE = """<mujoco model="scene">
+  <include file="robot.xml"/>
+  <worldbody><light pos="0 0 3"/><geom type="plane" size="1 1 .1"/></worldbody>
+</mujoco>
+"""
+
+
+def test_included_files_stand_in_place_of_their_include(tmp_path: Path) -> None:
+    robot_file = tmp_path / "robot.xml"
+    robot_file.write_text(model(on='\n<camera name="c"/>'), encoding="utf-8")
+    robot = read(tmp_path, SCENE)
+    assert (robot.name, robot.active) == ("scene", ("j1",))
+    assert held(robot, 0.0) == pytest.approx(-WEIGHT)
+    assert "<camera> is left out (line 2 of robot.xml)" in robot.description.notes
+    assert "<light> is left out (line 3)" in robot.description.notes
+
+
+def test_errors_in_included_files_name_them(tmp_path: Path) -> None:
+    robot_file = tmp_path / "robot.xml"
+    robot_file.write_text(model(on='\n<joint name="x" type="screw"/>'), encoding="utf-8")
+    with pytest.raises(DescriptionError, match="is 'screw'") as caught:
+        read(tmp_path, SCENE)
+    assert (caught.value.file, caught.value.line) == (robot_file, 2)

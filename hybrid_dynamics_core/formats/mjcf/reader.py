@@ -23,6 +23,7 @@ from .bodies import WORLD, BodyReader, pose_entry
 from .couplings import CouplingReader
 from .defaults import apply_defaults
 from .equalities import ClosureReader, is_active
+from .includes import open_includes
 from .joints import MjcfJoint, angles_of
 from .poses import PoseReader
 from .settings import SettingsReader
@@ -49,7 +50,7 @@ def mjcf_document(root: LocatedElement, file: Path) -> Document:
     }
     document = Document(data, file, {})
     xml = XmlReader(file, root, document)
-    _refuse_includes(xml, root)
+    open_includes(xml)
     check = VocabularyCheck(xml, MJCF, ADVICE)
     check.check(root)
     check.add_notes()
@@ -58,18 +59,6 @@ def mjcf_document(root: LocatedElement, file: Path) -> Document:
     if "end_effector" not in document.data:
         document.data["end_effector"] = {"link": farthest_link(document)}
     return document
-
-
-def _refuse_includes(xml: XmlReader, element: LocatedElement) -> None:
-    for child in element.children:
-        if child.tag == "include":
-            raise xml.error(
-                child,
-                ("include",),
-                f"includes '{child.get('file')}', which is not opened; load the file of the robot"
-                " itself, or one that MuJoCo has saved whole (mj_saveLastXML)",
-            )
-        _refuse_includes(xml, child)
 
 
 class _MjcfReader:
@@ -209,7 +198,8 @@ class _MjcfReader:
         for custom in self.xml.root.all("custom"):
             for text in custom.all("text"):
                 if text.get("name") == TAG:
-                    read_extras(self.document, text.get("data"), self.xml.file, text.line)
+                    file = self.xml.file_of(text)
+                    read_extras(self.document, text.get("data"), file, text.line)
                 else:
                     self.xml.note(text, "<text> is left out")
 

@@ -26,6 +26,7 @@ class LocatedElement:
         line: where it opens (1-based).
         children: elements inside it.
         text: right inside it.
+        file: in which it stands.
     """
 
     tag: str
@@ -33,6 +34,7 @@ class LocatedElement:
     line: int
     children: list[LocatedElement] = field(default_factory=list)
     text: str = ""
+    file: Path | None = None
 
     def get(self, attribute: str, default: str = "") -> str:
         """The text of an attribute."""
@@ -84,7 +86,8 @@ class _Parser:
         self.expat.StartDoctypeDeclHandler = self.refuse_doctype
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        element = LocatedElement(tag, attributes, self.expat.CurrentLineNumber)
+        line = self.expat.CurrentLineNumber
+        element = LocatedElement(tag, attributes, line, file=self.path)
         self.count += 1
         if self.count > MAX_ELEMENTS or len(self.open) >= MAX_DEPTH:
             problem = "too many elements for a robot"

@@ -36,15 +36,16 @@ class XmlReader:
 
     def add(self, path: tuple[str, str], entry: Data, element: LocatedElement) -> None:
         """Add an entry that stands at an element."""
-        self.document.add_located(path, entry, self.file, element.line)
+        self.document.add_located(path, entry, self.file_of(element), element.line)
 
     def locate(self, path: KeyPath, element: LocatedElement) -> None:
         """Say that errors at a path point at an element."""
-        self.document.set_location(path, self.file, element.line)
+        self.document.set_location(path, self.file_of(element), element.line)
 
     def error(self, element: LocatedElement, key: KeyPath, problem: str) -> DescriptionError:
         """A DescriptionError at an element, with the key of its entry."""
-        return DescriptionError(problem, key=dotted(key), file=self.file, line=element.line)
+        file = self.file_of(element)
+        return DescriptionError(problem, key=dotted(key), file=file, line=element.line)
 
     def error_at(self, element: LocatedElement, problem: str) -> DescriptionError:
         """A DescriptionError at an element with a name, as `joints.NAME`."""
@@ -52,7 +53,11 @@ class XmlReader:
 
     def note(self, element: LocatedElement, text: str) -> None:
         """Keep a note about an element, with its line."""
-        self.document.notes.append(f"{self.file.name}:{element.line}: {text}")
+        self.document.notes.append(f"{self.file_of(element).name}:{element.line}: {text}")
+
+    def file_of(self, element: LocatedElement) -> Path:
+        """The file in which an element stands: this one, or one that it includes."""
+        return element.file or self.file
 
     def collect(self, element: LocatedElement, subject: str, text: str) -> None:
         """Keep what is to be noted of several elements alike, for `note_collected`."""

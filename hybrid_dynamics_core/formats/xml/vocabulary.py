@@ -62,8 +62,8 @@ class VocabularyCheck:
         self.xml = xml
         self.table = table
         self.advice = advice
-        self.omitted_elements: dict[str, list[int]] = {}  # lines by tag
-        self.omitted_attributes: dict[str, dict[str, list[int]]] = {}  # by tag and name
+        self.omitted_elements: dict[str, list[LocatedElement]] = {}  # by tag
+        self.omitted_attributes: dict[str, dict[str, list[LocatedElement]]] = {}  # tag and name
 
     def check(self, element: LocatedElement, parent: str = "", key: KeyPath = ()) -> None:
         """Check an element and all in it.
@@ -87,21 +87,35 @@ class VocabularyCheck:
     def add_notes(self) -> None:
         """Say in the notes of the document what is left out, with its lines."""
         notes = self.xml.document.notes
-        for tag, lines in self.omitted_elements.items():
-            notes.append(f"<{tag}> is left out ({_lines_text(lines)})")
-        for tag, lines_by_name in self.omitted_attributes.items():
-            names = ", ".join(lines_by_name)
-            verb = "is" if len(lines_by_name) == 1 else "are"
-            lines = [line for lines in lines_by_name.values() for line in lines]
-            notes.append(f"{names} of <{tag}> {verb} left out ({_lines_text(lines)})")
+        for tag, elements in self.omitted_elements.items():
+            notes.append(f"<{tag}> is left out ({self._lines_text(elements)})")
+        for tag, elements_by_name in self.omitted_attributes.items():
+            names = ", ".join(elements_by_name)
+            verb = "is" if len(elements_by_name) == 1 else "are"
+            elements = [one for several in elements_by_name.values() for one in several]
+            notes.append(f"{names} of <{tag}> {verb} left out ({self._lines_text(elements)})")
+
+    def _lines_text(self, elements: list[LocatedElement]) -> str:
+        """Lines of elements in words, each once; of many only the first."""
+        places = dict.fromkeys((self.xml.file_of(element), element.line) for element in elements)
+        in_order = sorted(places, key=lambda place: (place[0] != self.xml.file, place))
+        shown: list[str] = []
+        for file, line in in_order[:_MAX_LINES]:
+            shown.append(str(line) if file == self.xml.file else f"{line} of {file.name}")
+        listed = ", ".join(shown)
+        if len(in_order) == 1:
+            return f"line {listed}"
+        if len(in_order) <= _MAX_LINES:
+            return f"lines {listed}"
+        return f"lines {listed} and {len(in_order) - _MAX_LINES} more"
 
     def _check_attributes(self, element: LocatedElement, covered: Vocabulary, key: KeyPath) -> None:
         for name, value in element.attributes.items():
             if name in covered.attributes or name == "xmlns" or ":" in name:
                 continue
             if name in covered.omitted:
-                lines_by_name = self.omitted_attributes.setdefault(element.tag, {})
-                lines_by_name.setdefault(name, []).append(element.line)
+                elements_by_name = self.omitted_attributes.setdefault(element.tag, {})
+                elements_by_name.setdefault(name, []).append(element)
                 continue
             shown = f"{name} of <{element.tag}>"
             if name not in covered.fixed:
@@ -117,13 +131,13 @@ class VocabularyCheck:
             self._check_value(child, shown, child.text, covered.fixed[tag], key)
             return
         if tag in covered.omitted:
-            self.omitted_elements.setdefault(tag, []).append(child.line)
+            self.omitted_elements.setdefault(tag, []).append(child)
             return
         if covered.elements is None or tag in covered.elements:
             return
         if ":" in tag:
             if not tag.startswith(_PREFIXES):
-                self.omitted_elements.setdefault(tag, []).append(child.line)
+                self.omitted_elements.setdefault(tag, []).append(child)
             return
         raise self._not_covered(child, f"<{tag}>", key or (element.tag,))
 
@@ -145,17 +159,6 @@ class VocabularyCheck:
     def _not_covered(self, element: LocatedElement, shown: str, key: KeyPath) -> Exception:
         problem = f"{shown} is not covered{self.advice}"
         return self.xml.error(element, key or (element.tag,), problem)
-
-
-def _lines_text(lines: list[int]) -> str:
-    """Lines of a file in words, each once; of many only the first."""
-    distinct = sorted(set(lines))
-    shown = ", ".join(map(str, distinct[:_MAX_LINES]))
-    if len(distinct) == 1:
-        return f"line {shown}"
-    if len(distinct) <= _MAX_LINES:
-        return f"lines {shown}"
-    return f"lines {shown} and {len(distinct) - _MAX_LINES} more"
 
 
 def _equal(one: str, other: str) -> bool:
