@@ -30,6 +30,7 @@ from .errors import (
     SingularityError,
     UndecidedModeError,
 )
+from .kinematics.ik_batch import IKBatch
 from .kinematics.ik_descent import IKStatus
 from .kinematics.inverse_kinematics import IKResult
 from .kinematics.pose import Pose
@@ -48,6 +49,7 @@ __all__ = [
     "Energy",
     "HybridDynamicsError",
     "HydraulicCylinder",
+    "IKBatch",
     "IKResult",
     "IKStatus",
     "InputError",

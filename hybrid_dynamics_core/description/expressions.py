@@ -151,7 +151,7 @@ class _Evaluation:
         if isinstance(node.op, ast.Mult):
             return self.value(node.left).times(self.value(node.right))
         if isinstance(node.op, ast.Div):
-            return self.value(node.left).over(self.value(node.right))
+            return self.value(node.left).divided_by(self.value(node.right))
         if not isinstance(node.op, (ast.Add, ast.Sub)):
             raise _NotAllowedError
         left = self.summand(node.left)

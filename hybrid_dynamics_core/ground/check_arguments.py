@@ -39,7 +39,7 @@ def real_number(name: str, value: object) -> float:
     raise InputError(f"{name} is {value!r} ({type(value).__name__}); expected a number")
 
 
-def whole_number(name: str, value: object, least: int = 1) -> int:
+def integer(name: str, value: object, least: int = 1) -> int:
     """A whole number.
 
     Args:

@@ -117,7 +117,7 @@ class Quantity(NamedTuple):
         divisor = self.divisor * other.divisor
         return Quantity(self.dividend * other.dividend, dimension, has_number, divisor)
 
-    def over(self, other: Quantity) -> Quantity:
+    def divided_by(self, other: Quantity) -> Quantity:
         """The quotient."""
         dimension = _combined(self.dimension, other.dimension, -1)
         has_number = self.has_number or other.has_number

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..closed_state.state import ClosedState
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.check_arguments import real_number, whole_number
+from ..ground.check_arguments import integer, real_number
 from ..robot.robot import Robot
 from ..robot.taken import AnyRobot, robot_of
 
@@ -40,8 +40,8 @@ def random_motion(
         InputError: where hardly any state about the reference closes.
     """
     robot = robot_of(robot)
-    count = whole_number("count", count)
-    rng = np.random.default_rng(whole_number("seed", seed, 0))
+    count = integer("count", count)
+    rng = np.random.default_rng(integer("seed", seed, 0))
     rate = real_number("rate", rate)
     acceleration = real_number("acceleration", acceleration)
     n = len(robot.active)

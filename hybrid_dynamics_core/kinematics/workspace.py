@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..ground.arrays import Array
-from ..ground.check_arguments import whole_number
+from ..ground.check_arguments import integer
 from ..ground.progress import Progress
 from .closed_kinematics import ClosedKinematics
 from .sampling import Ranges, halton_samples, sampled_ranges, samples_about
@@ -169,7 +169,7 @@ def find_workspace(
     Raises:
         InputError: count is below 1, or ranges or held coordinates cannot be used.
     """
-    count = whole_number("count", count)
+    count = integer("count", count)
     box, assumed = sampled_ranges(robot, ranges, held)
     u = halton_samples(box, count, denser=count // 2)
     starts = range(0, len(u), _BATCH)

@@ -12,8 +12,9 @@ from ..description.model import JointType, RobotDescription
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
+from ..kinematics.ik_batch import inverse_kinematics
 from ..kinematics.ik_problem import SOLVED
-from ..kinematics.inverse_kinematics import IKResult, solve_inverse_kinematics
+from ..kinematics.inverse_kinematics import IKResult
 from ..kinematics.pose import Pose
 from ..kinematics.pose_chain import PoseChain
 from ..kinematics.workspace import COUNT, Workspace, find_workspace
@@ -213,22 +214,25 @@ class Robot:
         or all solutions are wanted, it starts again from a fixed set of places over the limits.
 
         Args:
-            target: position (3,) [m], or a Pose, in the base frame.
-            seed: active coordinates (n,) to start from [rad, m].
+            target: position (3,) [m], or a Pose, in the base frame; or a batch, (N, 3) or a Pose
+                of N.
+            seed: active coordinates (n,) or (N, n) to start from [rad, m].
             all_solutions: whether to search for all solutions.
             mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the
                 target gives if None.
-            near: one closed state whose assembly modes are kept; the robot's modes if None.
+            near: closed state whose assembly modes are kept, one or one for each target; the
+                robot's modes if None.
             tolerance: `residual` [m] below which the target counts as reached. A target with more
                 coordinates than the robot has freedoms is met no better than its digits.
 
         Returns:
-            The solution, and a `status` that says why the search ended.
+            The solution, and a `status` that says why the search ended. Of a batch, an `IKBatch`
+            with N of each; rows are searched one by one.
 
         Raises:
             InputError: an argument cannot be used, or the target is too far away to compute with.
         """
-        return solve_inverse_kinematics(self, target, seed, all_solutions, mask, near, tolerance)
+        return inverse_kinematics(self, target, seed, all_solutions, mask, near, tolerance)
 
     def workspace(
         self,

@@ -1,0 +1,167 @@
+"""Inverse kinematics of one target or of a batch, each row on its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..closed_state.state import ClosedState
+from ..errors import InputError
+from ..ground.arrays import Array
+from ..ground.check_arrays import real_array
+from .closed_kinematics import ClosedKinematics
+from .ik_descent import IKStatus
+from .ik_problem import close
+from .inverse_kinematics import IKResult, solve_inverse_kinematics
+from .pose import Pose
+
+
+@dataclass(frozen=True, eq=False)
+class IKBatch(IKResult):
+    """Outcome of inverse kinematics for N targets: N of everything that an `IKResult` has.
+
+    Attributes:
+        u: active coordinates (N, n) [rad, m].
+        status: why the solver stopped, (N,).
+        residual: (N,) [m].
+        branch: assembly modes at each row.
+        state: a batch of N; rows that do not close are NaN, and their `status` says why.
+        solutions: those of each row.
+        message: why the solver stopped, in words, of each row.
+        redundant: coordinates that the target of each row does not determine.
+        iterations: (N,).
+        position_error: (N,) [m].
+        angle_error: (N,) [rad].
+        results: the outcome of each row.
+    """
+
+    # Each entry has a leading N, as in batches of states.
+    status: NDArray[np.object_]  # type: ignore[assignment]
+    residual: Array  # type: ignore[assignment]
+    branch: tuple[Mapping[str, str], ...]  # type: ignore[assignment]
+    state: ClosedState
+    solutions: tuple[tuple[Array, ...], ...]  # type: ignore[assignment]
+    message: tuple[str, ...]  # type: ignore[assignment]
+    redundant: tuple[tuple[str, ...], ...]  # type: ignore[assignment]
+    iterations: NDArray[np.int64]  # type: ignore[assignment]
+    position_error: Array  # type: ignore[assignment]
+    angle_error: Array  # type: ignore[assignment]
+    results: tuple[IKResult, ...]
+
+    @property
+    def solved(self) -> NDArray[np.bool_]:
+        """Which rows reached their target (N,)."""
+        return np.array([result.status is IKStatus.SOLVED for result in self.results])
+
+
+def inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
+    robot: ClosedKinematics,
+    target: ArrayLike | Pose,
+    seed: ArrayLike | None,
+    all_solutions: bool,
+    mask: Sequence[bool] | None,
+    near: ClosedState | None,
+    tolerance: float,
+) -> IKResult:
+    """The outcome for one target, or an `IKBatch` for N of them.
+
+    Args:
+        robot: whose end effector is to reach the target.
+        target: position (3,) or (N, 3) [m], or a Pose of as many.
+        seed: active coordinates (n,) or (N, n) to start from [rad, m].
+        all_solutions: whether to search for all solutions.
+        mask: which of x, y, z and the rotation about x, y, z count.
+        near: closed state whose assembly modes are kept, one or one for each target.
+        tolerance: residual [m] below which a target counts as reached.
+
+    Raises:
+        InputError: an argument cannot be used; in a batch the message begins with the row.
+    """
+    targets = _rows_of(target)
+    if targets is None:
+        return solve_inverse_kinematics(robot, target, seed, all_solutions, mask, near, tolerance)
+    count = len(targets)
+    if not count:
+        raise InputError("target: the batch is empty; expected one target or more")
+    seeds = _seeds(seed, count)
+    starts = _starts(near, count)
+    results: list[IKResult] = []
+    for k, (row, start, state) in enumerate(zip(targets, seeds, starts, strict=True)):
+        try:
+            result = solve_inverse_kinematics(
+                robot, row, start, all_solutions, mask, state, tolerance
+            )
+        except InputError as error:
+            raise InputError(f"row {k}: {error}") from error
+        results.append(result)
+    return _joined(robot, results, starts)
+
+
+def _rows_of(target: ArrayLike | Pose) -> list[Array | Pose] | None:
+    """The targets of a batch; None for one target, or what is none."""
+    if isinstance(target, Pose):
+        position = np.asarray(target.position)
+        rotation = np.asarray(target.rotation)
+        if position.ndim != 2 or rotation.ndim != 3 or len(position) != len(rotation):
+            return None
+        return [Pose(p, R) for p, R in zip(position, rotation, strict=True)]
+    if isinstance(target, (Mapping, str, bytes)):
+        return None
+    positions = real_array("target", target)
+    if positions.ndim != 2:
+        return None
+    return list(positions)
+
+
+def _seeds(seed: ArrayLike | None, count: int) -> list[Array | None]:
+    """Where each row starts."""
+    if seed is None:
+        return [None] * count
+    values = real_array("seed", seed)
+    if values.ndim != 2:
+        return [values] * count
+    if len(values) != count:
+        raise InputError(f"seed has {len(values)} rows; expected one, or one a target ({count})")
+    return list(values)
+
+
+def _starts(near: ClosedState | None, count: int) -> list[ClosedState | None]:
+    """The state that each row comes from."""
+    if not isinstance(near, ClosedState) or near.u.ndim == 1:
+        return [near] * count
+    length = len(near.u)
+    if length != count:
+        raise InputError(f"near holds {length} states; expected one, or one a target ({count})")
+    return [near.rows(k) for k in range(count)]
+
+
+def _joined(
+    robot: ClosedKinematics,
+    results: Sequence[IKResult],
+    starts: Sequence[ClosedState | None],
+) -> IKBatch:
+    states = []
+    statuses = np.empty(len(results), dtype=object)
+    for k, (result, start) in enumerate(zip(results, starts, strict=True)):
+        statuses[k] = result.status
+        state = result.state
+        if state is None:
+            state = close(robot, result.u, start, check=False)
+        states.append(state)
+    return IKBatch(
+        u=np.array([result.u for result in results]),
+        status=statuses,
+        residual=np.array([result.residual for result in results]),
+        branch=tuple(result.branch for result in results),
+        state=ClosedState.joined(states),
+        solutions=tuple(result.solutions for result in results),
+        message=tuple(result.message for result in results),
+        redundant=tuple(result.redundant for result in results),
+        iterations=np.array([result.iterations for result in results]),
+        position_error=np.array([result.position_error for result in results]),
+        angle_error=np.array([result.angle_error for result in results]),
+        results=tuple(results),
+    )
