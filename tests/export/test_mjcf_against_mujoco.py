@@ -280,3 +280,21 @@ def test_a_loop_between_bodies_falls_as_with_rigid_loops_in_mujoco(text: str) ->
     expected = np.linalg.lstsq(kkt, force, rcond=1e-12)[0][: model.nv]
     a = model.joint("a").dofadr[0]
     assert robot.forward_dynamics(state, [0.0]) == pytest.approx([expected[a]], rel=1e-6)
+
+
+BALL_AND_FREE = """<mujoco><worldbody>
+<body name="base" pos="0 0 1" euler="20 30 40"><freejoint name="root"/><geom size=".1"/>
+<body name="leg"><joint name="hip" type="ball"/><geom type="capsule" size=".02 .1"/></body>
+</body></worldbody>
+<keyframe><key qpos="QPOS"/></keyframe></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    "qpos", ["1 2 3 .9 .1 .2 .3 -.9 .1 .4 0", "1 2 3 0 0 0 0 0 0 0 0"], ids=["turned", "zeros"]
+)
+def test_a_keyframe_is_the_pose_that_mujoco_makes_of_it(qpos: str) -> None:
+    text = BALL_AND_FREE.replace("QPOS", qpos)
+    pair = Pair(text)
+    mujoco.mj_resetDataKeyframe(pair.model, pair.data, 0)
+    mujoco.mj_fwdPosition(pair.model, pair.data)
+    pair.assert_poses(pair.tree.close(pair.tree.reference))

@@ -13,7 +13,8 @@ import numpy as np
 
 from ...description.defaults import driven_joints, farthest_link
 from ...description.document import Document
-from ...description.geometry import rotation_from_quaternion
+from ...description.geometry import IDENTITY, rotation_from_quaternion
+from ...ground.arrays import Array
 from ..extras_reader import TAG, read_extras
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
@@ -207,10 +208,16 @@ class _MjcfReader:
 def _coordinates(joint: MjcfJoint, numbers: list[float]) -> list[float]:
     """Coordinates of the hinges and slides of a joint, from its numbers in qpos."""
     if joint.type == "ball":
-        return angles_of(rotation_from_quaternion(np.array(numbers)))
+        return angles_of(_turn(numbers))
     if joint.type == "free":
         position = np.array(numbers[:3]) - joint.drawn.translation
-        rotation = rotation_from_quaternion(np.array(numbers[3:]))
-        turned = joint.drawn.rotation.T @ rotation
+        turned = joint.drawn.rotation.T @ _turn(numbers[3:])
         return [*position.tolist(), *angles_of(turned)]
     return numbers
+
+
+def _turn(quaternion: list[float]) -> Array:
+    """The rotation (3, 3) of a quaternion in a keyframe; MuJoCo takes zeros for no turn."""
+    if not any(quaternion):
+        return IDENTITY
+    return rotation_from_quaternion(np.array(quaternion))
