@@ -5,7 +5,7 @@ Other messages go through rosbags, one by one.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -34,7 +34,12 @@ class Decoder:
     """Decodes the messages of one topic, and remembers their layouts."""
 
     def __init__(
-        self, joints: Sequence[str], kind: str = JOINT_STATE, *, bulk: bool = True
+        self,
+        joints: Sequence[str],
+        kind: str = JOINT_STATE,
+        *,
+        bulk: bool = True,
+        resting: Mapping[str, float] | None = None,
     ) -> None:
         """Nothing is decoded yet.
 
@@ -42,11 +47,13 @@ class Decoder:
             joints: the joints that are wanted, in order.
             kind: type of the messages, JOINT_STATE or JOINT_MOTION.
             bulk: False: every message goes through rosbags.
+            resting: positions of joints that a message need not name [rad or m].
         """
         self._joints = tuple(joints)
         self._kind = kind
         self._bulk = bulk
-        self._order = JointOrder(joints)
+        self._resting = dict(resting or {})
+        self._order = JointOrder(joints, resting)
         self._layouts: dict[int, list[JointStateLayout]] = {}  # by size of the message
 
     def decode(self, messages: Messages) -> Samples:
@@ -113,10 +120,15 @@ class Decoder:
             self._decode_one(samples, row, bytes(message))
 
     def _is_complete(self, layout: JointStateLayout, part_count: int) -> bool:
-        """Whether a layout has each joint once, and a number for each name in its first parts."""
+        """Whether a layout has each joint once, and a number for each name in its first parts.
+
+        Joints that rest need not be there.
+        """
         names = layout.names
-        if any(names.count(joint) != 1 for joint in self._joints):
-            return False
+        for joint in self._joints:
+            count = names.count(joint)
+            if count != 1 and not (count == 0 and joint in self._resting):
+                return False
         return all(count == len(names) for _, count in layout.starts[:part_count])
 
     def _decode_block(
@@ -129,7 +141,6 @@ class Decoder:
     ) -> None:
         """Read columns of messages; messages with a bad stamp or number are decoded one by one."""
         names = layout.names
-        places = [names.index(joint) for joint in self._joints]
         selection: slice | NDArray[np.intp] = rows
         if len(rows) == len(samples):
             selection = slice(None)
@@ -138,13 +149,13 @@ class Decoder:
         samples.measured[selection] = layout.starts[1][1] > 0
         good = stamps >= 0
         for which, target in enumerate(targets):
-            numbers = layout.numbers(block, which)[:, places]
+            numbers = self._columns(names, layout.numbers(block, which), at_rest=which == 0)
             target[selection] = numbers
             in_range = np.abs(numbers) < LARGEST
             if not in_range.all():
                 good &= in_range.all(axis=1)
         if samples.acceleration is None and layout.starts[2][1] == len(names):
-            samples.effort[selection] = layout.numbers(block, 2)[:, places]
+            samples.effort[selection] = self._columns(names, layout.numbers(block, 2))
         for k in np.flatnonzero(~good):
             self._decode_one(samples, int(rows[k]), bytes(block[k]))
         samples.bulk_count += int(good.sum())
@@ -174,8 +185,26 @@ class Decoder:
         if samples.acceleration is not None:
             samples.acceleration[row] = motion.acceleration
         elif len(message.effort) == len(sample.names):
-            places = [sample.names.index(joint) for joint in self._joints]
-            samples.effort[row] = np.asarray(message.effort)[places]
+            efforts = np.array(message.effort, dtype=np.float64)[None]
+            samples.effort[row] = self._columns(sample.names, efforts)[0]
+
+    def _columns(
+        self, names: Sequence[str], numbers: FloatArray, *, at_rest: bool = False
+    ) -> FloatArray:
+        """The columns of the joints (rows, n), from those of names (rows, k).
+
+        Args:
+            names: of the columns.
+            numbers: one row a message.
+            at_rest: whether joints that are not named stand where they rest; they have 0 if not.
+        """
+        columns = np.zeros((len(numbers), len(self._joints)))
+        for k, joint in enumerate(self._joints):
+            if joint in names:
+                columns[:, k] = numbers[:, names.index(joint)]
+            elif at_rest:
+                columns[:, k] = self._resting[joint]
+        return columns
 
 
 def _require_stamp(stamp_ns: int) -> None:

@@ -15,7 +15,7 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 from hybrid_dynamics_core.ground.wording import counted
 
-from ..messages.joint_samples import FloatArray
+from ..messages.joint_samples import FloatArray, resting_joints
 from .errors import BagError, wrong_kind
 
 TRAJECTORY: Final = (
@@ -95,6 +95,7 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     """
     _require_trajectory(path)
     columns, unused_arrays = _read_columns(path, robot)
+    _add_resting(columns, robot)
     time_name = _time_column(path, columns, robot)
     names_by_part = {}
     for part in _SUFFIXES:
@@ -112,6 +113,20 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     if not (np.diff(time) > 0.0).all():
         raise BagError(f"{path}: expected times that rise from row to row")
     return Trajectory(robot.active, time, **parts, unused=(*unused, *unused_arrays))
+
+
+def _add_resting(columns: Columns, robot: Robot) -> None:
+    """Add columns of idle joints that a file does not name: they keep their reference."""
+    motor = next((name for name in robot.description.motors if name in columns), None)
+    if motor is None:
+        return
+    for joint, position in resting_joints(robot).items():
+        if joint in columns:
+            continue
+        columns[joint] = np.full_like(columns[motor], position)
+        for suffix in (suffix for suffixes in _SUFFIXES.values() for suffix in suffixes if suffix):
+            if f"{motor}{suffix}" in columns:
+                columns.setdefault(f"{joint}{suffix}", np.zeros_like(columns[motor]))
 
 
 def _require_trajectory(path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final, NamedTuple
@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import (
     ClosureError,
     HybridDynamicsError,
@@ -185,11 +186,37 @@ def _why_missing(missing: Sequence[str], names: Sequence[str], joints: Sequence[
     return f"named are {_listed(names)}"
 
 
+def resting_joints(robot: Robot) -> Named:
+    """Where joints are [rad or m] that nobody drives, while nobody says where they are."""
+    return {name: float(robot.reference[robot.active.index(name)]) for name in robot.idle}
+
+
+def resting_besides(robot: Robot, names: Sequence[str]) -> Named:
+    """Idle joints that fewer coordinates than the robot has freedoms leave out [rad or m]."""
+    if len(names) >= len(robot.active):
+        return {}
+    resting = resting_joints(robot)
+    return {name: position for name, position in resting.items() if name not in names}
+
+
+def active_order(robot: Robot) -> JointOrder:
+    """Picks the active coordinates of a robot; idle ones may be left out."""
+    return JointOrder(robot.active, resting_joints(robot))
+
+
 class JointOrder:
     """Picks joints out of samples, in an order. Other joints are ignored, whatever they hold."""
 
-    def __init__(self, joints: Sequence[str]) -> None:
+    def __init__(self, joints: Sequence[str], resting: Mapping[str, float] | None = None) -> None:
+        """An order of joints.
+
+        Args:
+            joints: names.
+            resting: positions of joints that a sample need not name [rad or m]: they are at rest.
+        """
         self._joints = tuple(joints)
+        self._resting = dict(resting or {})
+        self._added = np.zeros(0)  # positions of the resting joints that are not named
         # Streams repeat the same names: their places are looked up once.
         self._names: tuple[str, ...] = ()
         self._places = np.zeros(0, dtype=np.intp)
@@ -233,7 +260,8 @@ class JointOrder:
             raise RejectedError(
                 RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._joints)}"
             )
-        missing = [name for name in self._joints if name not in names]
+        unnamed = [name for name in self._joints if name not in names]
+        missing = [name for name in unnamed if name not in self._resting]
         if missing:
             why = _why_missing(missing, names, self._joints)
             raise RejectedError(RejectionCode.MISSING_JOINT, f"{_listed(missing)} not named; {why}")
@@ -242,7 +270,9 @@ class JointOrder:
             raise RejectedError(
                 RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice"
             )
-        self._places = np.array([names.index(name) for name in self._joints], dtype=np.intp)
+        completed = (*names, *unnamed)
+        self._places = np.array([completed.index(name) for name in self._joints], dtype=np.intp)
+        self._added = np.array([self._resting[name] for name in unnamed])
         self._names = names
         return self._places
 
@@ -252,6 +282,9 @@ class JointOrder:
         if values.shape != (count,):
             text = wrong_length(what, values.size, count)
             raise RejectedError(RejectionCode.WRONG_LENGTH, text)
+        if len(self._added):
+            added = self._added if what == "position" else np.zeros_like(self._added)
+            values = np.concatenate([values, added])
         picked: FloatArray = values[places]
         size = sum(map(abs, picked.tolist()))  # in plain floats this costs least
         if not size < LARGEST:  # NaN is not

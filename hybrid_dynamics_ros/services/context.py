@@ -12,10 +12,10 @@ from hybrid_dynamics_core import ClosedState, Loads, Robot
 from ..messages import conversions
 from ..messages.joint_samples import (
     FloatArray,
-    JointOrder,
     OrderedMotion,
     RejectedError,
     RejectionCode,
+    active_order,
 )
 from ..stream.conditions import loads_of
 from ..stream.situation import Situation
@@ -56,7 +56,7 @@ class ServiceContext:
         Raises:
             RejectedError: as `JointOrder.arrange` does.
         """
-        return JointOrder(self.robot.active).arrange(conversions.sample_of_state(message))
+        return active_order(self.robot).arrange(conversions.sample_of_state(message))
 
     def newest(self, otherwise: str = "") -> FloatArray:
         """Active joints at the newest input (n,) [rad or m].

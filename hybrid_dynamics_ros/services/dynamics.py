@@ -15,7 +15,13 @@ from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.wording import one_line
 
 from ..messages import conversions
-from ..messages.joint_samples import FloatArray, JointOrder, RejectedError, RejectionCode
+from ..messages.joint_samples import (
+    FloatArray,
+    JointOrder,
+    RejectedError,
+    RejectionCode,
+    active_order,
+)
 from ..stream.conditions import NewPayload, PayloadBody, loads_of
 from .context import ServiceContext, require_finite
 from .kinematics import require_frames
@@ -38,7 +44,7 @@ def inverse_dynamics(
     """
     robot, given = context.robot, request.motion
     sample = conversions.sample_of_motion(given)
-    position, velocity, acceleration = JointOrder(robot.active).arrange(sample).complete()
+    position, velocity, acceleration = active_order(robot).arrange(sample).complete()
     state = context.close(position, velocity)
     efforts = robot.inverse_dynamics(state, acceleration, context.loads)
     require_finite(state.s, state.ds, efforts)
@@ -65,7 +71,7 @@ def forward_dynamics(
         StateError: a loop does not close, or is singular.
     """
     robot, given = context.robot, request.active_joints
-    order = JointOrder(robot.active)
+    order = active_order(robot)
     motion = order.arrange(conversions.sample_of_state(given))
     tau = _efforts_of(order, given)
     state = context.close(motion.position, motion.velocity)

@@ -20,7 +20,13 @@ from hybrid_dynamics_core.ground.wording import one_line
 from hybrid_dynamics_core.kinematics.inverse_kinematics import IKResult
 
 from ..messages import conversions
-from ..messages.joint_samples import FloatArray, JointOrder, RejectedError, RejectionCode
+from ..messages.joint_samples import (
+    FloatArray,
+    JointOrder,
+    RejectedError,
+    RejectionCode,
+    resting_besides,
+)
 from ..stream.stroke_margins import StrokeMargins
 from .context import ServiceContext, require_finite
 
@@ -115,11 +121,13 @@ def close_loops(
         text = f"there is no joint '{unknown[0]}'; known: {', '.join(robot.coordinates)}"
         raise RejectedError(RejectionCode.BAD_REQUEST, text)
     sample = conversions.sample_of_motion(given, complete=False)
-    motion = JointOrder(given.name).arrange(sample)
+    resting = resting_besides(robot, given.name)
+    names = (*given.name, *resting)
+    motion = JointOrder(names, resting).arrange(sample)
     near = context.mode
     if request.near.name:
         near = context.close(context.active_motion(request.near).position)
-    values, rates, accelerations = motion.by_name(given.name)
+    values, rates, accelerations = motion.by_name(names)
     try:
         state = robot.close_given(values, rates, accelerations, near=near)
     except InputError as error:

@@ -11,7 +11,7 @@ from hybrid_dynamics_msgs.srv import ConvertTrajectory
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from hybrid_dynamics_core import ClosedState
+from hybrid_dynamics_core import ClosedState, Robot
 
 from ..messages import conversions
 from ..messages.cdr import NS
@@ -22,6 +22,7 @@ from ..messages.joint_samples import (
     RejectedError,
     Rejection,
     RejectionCode,
+    resting_besides,
 )
 from ..parameters import LEAST_SINGULARITY
 from .answers import code_of
@@ -48,7 +49,7 @@ def convert_trajectory(
         )
         header = Header(stamp=request.path[0].header.stamp)
     else:
-        motion = motion_of_joints(request.joints)
+        motion = motion_of_joints(context.robot, request.joints)
         header = Header(stamp=request.joints.header.stamp)
     count = motion.time.size
     if count > 1:
@@ -76,10 +77,15 @@ def _convert(
     return convert(context.robot, motion, near, context.loads, least)
 
 
-def motion_of_joints(message: JointTrajectory) -> SampledTrajectory:
+def motion_of_joints(robot: Robot, message: JointTrajectory) -> SampledTrajectory:
     """A JointTrajectory as a motion.
 
-    All points have positions, and all or none of them velocities and accelerations.
+    All points have positions, and all or none of them velocities and accelerations. Idle joints
+    need not be named.
+
+    Args:
+        robot: that moves.
+        message: the trajectory.
 
     Raises:
         RejectedError: lengths differ, or a number is not finite.
@@ -88,7 +94,9 @@ def motion_of_joints(message: JointTrajectory) -> SampledTrajectory:
         raise RejectedError(RejectionCode.DUPLICATE_JOINT, "a joint is named twice")
     first = message.points[0]
     has_velocity, has_acceleration = bool(len(first.velocities)), bool(len(first.accelerations))
-    order = JointOrder(message.joint_names)
+    resting = resting_besides(robot, message.joint_names)
+    names = (*message.joint_names, *resting)
+    order = JointOrder(names, resting)
     motions = []
     for number, point in enumerate(message.points):
         sample = _sample(message.joint_names, point, has_velocity, has_acceleration)
@@ -103,7 +111,7 @@ def motion_of_joints(message: JointTrajectory) -> SampledTrajectory:
         if has_acceleration:
             acceleration = np.array([motion.acceleration for motion in motions])
     return SampledTrajectory(
-        tuple(message.joint_names),
+        names,
         np.array([conversions.seconds(point.time_from_start) for point in message.points]),
         np.array([motion.position for motion in motions]),
         velocity,

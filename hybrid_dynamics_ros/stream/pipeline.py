@@ -21,6 +21,7 @@ from ..messages.joint_samples import (
     Rejection,
     RejectionCode,
     rejection_of,
+    resting_joints,
 )
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
@@ -75,7 +76,7 @@ class Pipeline:
         """The pipeline of one robot; arguments and errors are those of `MotionEvaluator`."""
         self.evaluator = MotionEvaluator(robot, bandwidth, max_gap, measured)
         self.counts = Counts()
-        self._order = JointOrder(self.evaluator.measured)
+        self._order = JointOrder(self.evaluator.measured, resting_joints(robot))
 
     def process(
         self, sample: JointSample, *, is_estimated: bool = False

@@ -74,8 +74,8 @@ class JointStates(OutputTopic):
     name, kind = "joint_states", JOINT_STATE
 
     def __init__(self, robot: Robot) -> None:
-        self._active = len(robot.active)
-        self._drives_are_active = set(robot.drives) == set(robot.active)
+        self._driven = len(robot.description.motors)
+        self._drives_are_active = set(robot.drives) == set(robot.description.motors)
         self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
         self._templates = {}  # by whether velocities and efforts are there
         for velocity, effort in itertools.product((False, True), repeat=2):
@@ -108,7 +108,7 @@ class JointStates(OutputTopic):
             if tau is None:
                 return None
             efforts = np.zeros(result.position.shape)
-            efforts[..., : self._active] = tau
+            efforts[..., : self._driven] = tau[..., : self._driven]
             return efforts
         forces = result.drive_forces
         if forces is None:
@@ -120,19 +120,22 @@ class JointStates(OutputTopic):
 
 
 class RequiredEfforts(OutputTopic):
-    """Torques and forces of the active joints; nothing before accelerations are known."""
+    """Torques and forces of the driven joints; nothing before accelerations are known."""
 
     name, kind = "required_efforts", JOINT_STATE
 
     def __init__(self, robot: Robot) -> None:
-        self._template = joint_state_template(robot.active, velocity=True, effort=True)
+        motors = robot.description.motors
+        self._driven = len(motors)  # idle coordinates come after them
+        self._template = joint_state_template(motors, velocity=True, effort=True)
 
     def message(self, result: MotionResult) -> Message | None:
         """Position, velocity and effort."""
         u, du, _ = result.active
         if result.efforts is None or du is None:
             return None
-        return self._template, (u, du, result.efforts)
+        values = [part[..., : self._driven] for part in (u, du, result.efforts)]
+        return self._template, values
 
 
 class ClosedStates(OutputTopic):

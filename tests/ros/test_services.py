@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import (
+    CloseLoops,
     ForwardDynamics,
     InverseDynamics,
     ListAssemblyModes,
@@ -19,23 +20,27 @@ from hybrid_dynamics_msgs.srv import (
     SwitchAssemblyMode,
 )
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from hybrid_dynamics_core import IKStatus, load
+from hybrid_dynamics_core import IKStatus, Robot, load
 from hybrid_dynamics_core.errors import (
     ClosureError,
     HybridDynamicsError,
     InputError,
     SingularityError,
 )
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
 from hybrid_dynamics_ros.services import worker
 from hybrid_dynamics_ros.services.answers import guarded
 from hybrid_dynamics_ros.services.context import ServiceContext
 from hybrid_dynamics_ros.services.dynamics import forward_dynamics, inverse_dynamics
-from hybrid_dynamics_ros.services.kinematics import IK_CODES, solve_fk, solve_ik
+from hybrid_dynamics_ros.services.kinematics import IK_CODES, close_loops, solve_fk, solve_ik
 from hybrid_dynamics_ros.services.modes import list_assembly_modes, switch_assembly_mode
 from hybrid_dynamics_ros.services.table import TABLE
+from hybrid_dynamics_ros.services.trajectory import motion_of_joints
 from hybrid_dynamics_ros.stream.situation import Situation
+from tests.export.test_round_trip import CART
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.8726646259971648, 0.15000000000000002, 0.175, 0.4363323129985824]
@@ -270,6 +275,26 @@ def test_bad_efforts_are_named_as_efforts(robot, efforts, text):
     )
     assert response.error_code == ErrorCode.BAD_INPUT
     assert response.error_text == text
+
+
+def test_idle_joints_need_not_be_named():
+    cart = Robot(parse_description(CART))
+    context = ServiceContext(cart)
+    named = JointState(name=["x"], position=[0.2], velocity=[0.1], effort=[3.0])
+    request = ForwardDynamics.Request(active_joints=named)
+    response, _ = guarded(forward_dynamics, context, request, ForwardDynamics.Response())
+    assert response.error_text == ""
+    expected = cart.forward_dynamics(cart.close([0.2, 0.0], [0.1, 0.0]), [3.0, 0.0])
+    assert list(response.motion.acceleration) == expected.tolist()
+    closing = CloseLoops.Request()
+    closing.given.name, closing.given.position = ["x"], [0.2]
+    response, _ = guarded(close_loops, context, closing, CloseLoops.Response())
+    assert response.error_text == ""
+    assert list(response.motion.position) == [0.2, 0.0]
+    points = [JointTrajectoryPoint(positions=[0.1 * k]) for k in range(3)]
+    motion = motion_of_joints(cart, JointTrajectory(joint_names=["x"], points=points))
+    assert motion.names == ("x", "th")
+    assert motion.position.tolist() == [[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]]
 
 
 def test_a_worker_that_cannot_make_its_robot_says_why(monkeypatch):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import ClosedState, load
 from hybrid_dynamics_core.ground.progress import Progress
 
-from ...messages.joint_samples import FloatArray
+from ...messages.joint_samples import FloatArray, resting_joints
 from ...parameters import MAX_GAP, NodeSettings
 from ...stream.pipeline import Pipeline
 from ..batch_outputs import NODE
@@ -77,7 +77,9 @@ def collect(  # noqa: PLR0913 - the command's options
             max_gap=settings[MAX_GAP],
             every=max(1, math.ceil(count / most)),
         )
-        for samples in _read(source, name, Decoder(pipeline.evaluator.measured)):
+        evaluator = pipeline.evaluator
+        decoder = Decoder(evaluator.measured, resting=resting_joints(evaluator.robot))
+        for samples in _read(source, name, decoder):
             collector.add(samples)
         collector.smooth_waiting()
         losses = source.losses.describe()
