@@ -1,4 +1,4 @@
-"""What a simulation meets between its steps: limits in order, dips, and the scale of energy errors."""
+"""What a simulation meets between its steps: limits in order, dips, and energy errors to scale."""
 
 from __future__ import annotations
 
