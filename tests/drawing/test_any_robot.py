@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -128,3 +129,24 @@ def test_names_stand_by_what_they_name(name: str) -> None:
             away[gid] = float(np.linalg.norm(outside))
         own = text.get_gid()
         assert own in led or away[own] <= min(away.values()) + 6.0
+
+
+def test_what_is_seen_edge_on_is_a_line() -> None:
+    """With one of three slides held, two views show the square from its edges."""
+    text = "format: 1\nname: gantry\nlinks: {base: {}, a: {mass: 1}, b: {mass: 1}, c: {mass: 1}}\n"
+    text += "joints:\n"
+    for name, parent, child in (("x", "base", "a"), ("y", "a", "b"), ("z", "b", "c")):
+        text += f"  {name}: {{type: prismatic, parent: {parent}, child: {child}, axis: {name},"
+        text += " limits: [0, 1]}\n"
+    text += "active: [x, y, z]\nend_effector: {link: c}\n"
+    robot = Robot(parse_description(text))
+    figure = draw_workspace(robot, robot.workspace(200, held={"z": 0.5}))
+    counts = []
+    for axes in figure.axes[:3]:
+        lines = [artist for artist in axes.collections if type(artist) is LineCollection]
+        segments = [segment for line in lines for segment in line.get_segments()]
+        counts.append(len(segments))
+        assert all((segment[:, 1] == 0.5).all() for segment in segments)
+    assert counts[0] > 100
+    assert counts[1] > 100
+    assert counts[2] == 0

@@ -10,13 +10,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shipped_robots
+from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.scene.part_style import IDLE
 from hybrid_dynamics_core.scene.skeleton import place_skeleton
+from hybrid_dynamics_core.scene.style import RED
 from hybrid_dynamics_core.view.bodies import robot_shape, span_pose
 from hybrid_dynamics_core.view.camera import camera_for, floor_under
 from hybrid_dynamics_core.view.meshes import ring_arrow
 from hybrid_dynamics_core.view.session import DriveEfforts
 from tests.drawing.conftest import SAMPLE
 from tests.drawing.shapes import SHAPES, shape
+from tests.export.test_round_trip import CART
 from tests.sampling import swept
 
 from .conftest import Opened
@@ -183,3 +187,12 @@ def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(
         assert np.sign(direction) == sign
         rings += 1
     assert rings > 0
+
+
+def test_what_is_idle_is_grey() -> None:
+    robot = Robot(parse_description(CART))
+    shape = robot_shape(robot, robot.close(robot.reference))
+    colours = {body.names[0]: body.colour for body in shape.bodies if body.kind == "joint"}
+    assert colours["th"] == IDLE
+    drawn = {body.role: body.colour for body in shape.bodies if body.names == ("x",)}
+    assert drawn["block"] == RED

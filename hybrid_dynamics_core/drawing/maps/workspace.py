@@ -41,6 +41,7 @@ _BEYOND: Final = 4.0
 _HEIGHTS: Final = {1: 4.8, 2: 4.0, 3: 3.6}  # [in] of the panels' axes, at most, by their number
 _WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] of the figure, at most
 _FLAT: Final = 1e-9  # [m] extent across the plane of a planar mechanism, but for rounding
+_THIN: Final = 1e-6  # width of a line, of its length
 _LEAST: Final = 6.4  # [in] of the figure
 _LETTERS: Final = 108  # of a line below the title
 # [in] below and above the axes, of the key, of the title, of a further line below it
@@ -144,7 +145,7 @@ def _contents(
     planes: Sequence[Plane],
     colour: Colour,
 ) -> Sequence[SampledPath | CellMap]:
-    """What each plane shows: a path where one joint is active, else a map."""
+    """What each plane shows: a map, or a path where one joint is active or all seen edge-on."""
     if len(robot.active) == 1 or not workspace.samples.reachable.any():
         samples = workspace.samples.first(workspace.spread)
         return [_path(plane, samples, colour) for plane in planes]
@@ -153,8 +154,35 @@ def _contents(
     def score(samples: Margins) -> Array:
         return sign * values_of(samples, colour)
 
-    maps = filled_maps(robot, workspace, [plane.points for plane in planes], score)
-    return [replace(each, values=sign * each.values) for each in maps]
+    flat = [_is_edge_on(plane, workspace.samples) for plane in planes]
+    broad = [plane for plane, is_flat in zip(planes, flat, strict=True) if not is_flat]
+    maps: list[CellMap] = []
+    if broad:
+        maps += filled_maps(robot, workspace, [plane.points for plane in broad], score)
+    contents: list[SampledPath | CellMap] = []
+    for plane, is_flat in zip(planes, flat, strict=True):
+        if is_flat:
+            contents.append(_edge(plane, workspace.samples, colour))
+        else:
+            each = maps.pop(0)
+            contents.append(replace(each, values=sign * each.values))
+    return contents
+
+
+def _is_edge_on(plane: Plane, samples: Margins) -> bool:
+    """Whether all that is reachable is a line in a plane, as where a joint is held."""
+    points = plane.points(samples)[samples.reachable]
+    extent = np.ptp(points, axis=0)
+    return bool(extent.min() <= _THIN * extent.max())
+
+
+def _edge(plane: Plane, samples: Margins, colour: Colour) -> SampledPath:
+    """What is seen edge-on: the reachable places in order."""
+    reachable = np.flatnonzero(samples.reachable)
+    points = plane.points(samples)[reachable]
+    along = int(np.argmax(np.ptp(points, axis=0)))
+    order = np.argsort(points[:, along], kind="stable")
+    return SampledPath(points[order], values_of(samples, colour)[reachable][order])
 
 
 def _path(plane: Plane, samples: Margins, colour: Colour) -> SampledPath:
