@@ -118,7 +118,9 @@ class _Builder:
         if slack == np.inf:
             return Link(name, mass, entry.vector("com"), inertia)
         if mass == 0.0 and np.any(inertia):
-            self.document.doubt_inertia(entry.key_path("inertia"), "it has no mass")
+            self.document.doubt_inertia(
+                entry.key_path("inertia"), "it belongs to a link without a mass"
+            )
         if mass > 0.0 and "inertia" not in entry:
             self.document.notes.append(
                 f"{name}: no inertia given; its {mass:g} kg are taken as a point at its com"

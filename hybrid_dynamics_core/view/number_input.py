@@ -18,6 +18,7 @@ from .ranges import Range
 from .slider import Slider
 
 _NUMBER: Final = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+_WITH_UNIT: Final = re.compile(rf"{_NUMBER.pattern}\s*\*\s*[a-zA-Z]+")  # 65*mm
 _DEGREES: Final = re.compile(r"\s*\*?\s*(deg|degs|degree|degrees|°)$")
 LONGEST: Final = 40  # characters of what was typed that a message repeats
 
@@ -56,7 +57,7 @@ def parse_number(text: str, scope: Range) -> float:
     """The number that a text is, in the unit of a range.
 
     Args:
-        text: 0.25, 5e-2; of angles also a term, 30*deg, pi/6.
+        text: 0.25, 5e-2, or in another unit, 65*mm, 30*deg; of angles also a term, pi/6.
         scope: of the quantity.
 
     Returns:
@@ -80,8 +81,8 @@ def _read(text: str, unit: str) -> float | None:
     try:
         if _NUMBER.fullmatch(text):
             value = float(text)
-        elif unit == "rad":
-            value = evaluate(text, {}, names_are="")
+        elif unit == "rad" or _WITH_UNIT.fullmatch(text):
+            value = evaluate(text, {}, names_are="", units=(unit,))
         else:
             return None
     except (ValueError, ArithmeticError):

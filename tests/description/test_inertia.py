@@ -144,7 +144,7 @@ def test_inertia_without_mass() -> None:
     ):
         body("{com: [0, 0, 0], inertia: {sphere: {radius: 1}}}")
     (note,) = body("{mass: 0, inertia: {xx: 1, yy: 1, zz: 1}}").notes
-    assert note.startswith("small.yaml:6: links.l1.inertia: it has no mass")
+    assert note.startswith("small.yaml:6: links.l1.inertia: it belongs to a link without a mass")
 
 
 def test_links_fixed_to_others_are_one_body() -> None:

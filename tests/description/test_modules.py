@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import DescriptionError
+from hybrid_dynamics_core import DescriptionError, Robot, load
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.description.expand.templates import shipped_templates
 from hybrid_dynamics_core.formats import read_description
+from tests.cli.calling import shipped_text
 from tests.description.oracle import close, freedom, gaps, link_pose, turn
 from tests.description.robots import HEAD, parse
 
@@ -344,3 +345,18 @@ def test_slips_in_a_template_name_its_file(tmp_path: Path) -> None:
     assert "(template slider: closures.c_<leg>.between.m_tube_1[1])" in error_of(
         "[0, reach, 0]", "[0, rech, 0]"
     )
+
+
+def test_names_of_modules_prefixes_and_legs_as_ros_has_them() -> None:
+    """The robot is the one with plain names."""
+    text = shipped_text("delta")
+    named = text.replace("  delta:\n", "  left/delta-1:\n", 1)
+    named = named.replace("delta_platform", "left/delta-1_platform")
+    template = "    template: delta\n"
+    named = named.replace(template, f"{template}    prefix: 2nd/\n    legs: [front-left, 3, _x]\n")
+    active = ["2nd/theta_front-left", "2nd/theta_3", "2nd/theta__x", "q4"]
+    named = named.replace("[theta_A, theta_B, theta_C, q4]", f"[{', '.join(active)}]")
+    robot = Robot(parse(named))
+    assert list(robot.active) == active
+    states = [m.close([0.2, 0.3, 0.4, 0.5], [1, 2, 3, 4]) for m in (robot, load("delta"))]
+    assert np.array_equal(states[0].s, states[1].s)

@@ -206,7 +206,7 @@ def test_exports_keep_what_no_body_has_and_other_programs_take_them(
 
 
 def test_efforts_without_a_positive_mass_matrix_are_refused() -> None:
-    robot = Robot(parse(arm("{mass: 1, inertia: {xx: 0.1, yy: -0.1, zz: 0.1}}")))
+    robot = Robot(parse(arm("{mass: 1, inertia: {xx: 0.04, yy: -0.1, zz: 0.05}}")))
     state = robot.close([0.3])
     assert robot.forward_kinematics(state).position == pytest.approx(
         [np.cos(0.3), 0.0, -np.sin(0.3)]

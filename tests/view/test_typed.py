@@ -35,6 +35,9 @@ ANGLE, LENGTH, MASS = (
         ("30*deg", ANGLE, np.pi / 6.0),
         ("-30 * deg", ANGLE, -np.pi / 6.0),
         ("pi/4", ANGLE, np.pi / 4.0),
+        ("65*mm", LENGTH, 0.065),
+        ("-7 * cm", LENGTH, -0.07),
+        ("500*g", MASS, 0.5),
     ],
 )
 def test_numbers_are_read_as_the_command_line_reads_them(
@@ -64,6 +67,8 @@ def test_numbers_are_read_as_the_command_line_reads_them(
         ("--2", MASS, "write the number alone"),
         ("nan", MASS, "write the number alone"),
         ("1e999", MASS, "write the number alone"),
+        ("5*kg", LENGTH, "write the number alone, in m, as"),
+        ("3*mm", ANGLE, "in rad, as 0.25 or 5e-2, or degrees, as 30*deg"),
         ("1/0", ANGLE, "in rad, as 0.25 or 5e-2, or degrees, as 30*deg"),
         ("1e", ANGLE, "or degrees"),
     ],

@@ -98,7 +98,7 @@ def _warn_of_inertias(document: Document, robot: RobotDescription, reach: float)
     for name, link in robot.links.items():
         if name == robot.base or not link.mass or reach <= 0.0:
             continue
-        moment = float(np.trace(link.inertia)) / 2.0
+        moment = max(0.0, float(np.trace(link.inertia))) / 2.0
         gyration = np.sqrt(moment / link.mass)
         entry = document.data["links"].get(name) or {}
         if gyration > _GYRATION_RATIO * reach and "inertia" in entry:
