@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import copy
 import os
 import random
 import shutil
@@ -80,47 +79,49 @@ class Site(NamedTuple):
 
 
 class Mutator(ast.NodeTransformer):
-    """Changes the place with a number; counts all places."""
+    """Changes the place with a number; counts all places.
+
+    Attributes:
+        count: places so far.
+        change: what was changed, as text.
+    """
 
     def __init__(self, number: int = -1) -> None:
         self.number = number
         self.count = 0
         self.change = ""
 
-    def _is_here(self) -> bool:
-        self.count += 1
-        return self.count - 1 == self.number
-
     def visit(self, node: ast.AST) -> ast.AST:
-        """Change the operator, constant, condition or statement if it is the one."""
-        before = copy.deepcopy(node)
+        """Change the operator, constant or condition if it is the one."""
+        before = self.count
+        text = ast.unparse(node) if isinstance(node, (ast.expr, ast.If)) else ""
         node = self.generic_visit(node)
-        changed = self._changed(node)
-        if changed is not node:
-            line = getattr(before, "lineno", 0)
-            self.change = f"line {line}: {_text(before)} -> {_text(changed)}"
-        return changed
+        node = self._changed(node)
+        is_inside = before <= self.number < self.count
+        if is_inside and text and not self.change:
+            self.change = f"line {node.lineno}: {_line(text)} -> {_line(ast.unparse(node))}"
+        return node
 
     def _changed(self, node: ast.AST) -> ast.AST:
         if type(node) in SWAPS and self._is_here():
             return SWAPS[type(node)]()
         if isinstance(node, ast.Constant) and _is_number(node.value) and self._is_here():
-            return ast.Constant(node.value + 1)
+            return ast.copy_location(ast.Constant(node.value + 1), node)
         if isinstance(node, (ast.If, ast.IfExp)) and self._is_here():
             node.test = ast.UnaryOp(ast.Not(), node.test)
-            return copy.deepcopy(node)
         return node
+
+    def _is_here(self) -> bool:
+        self.count += 1
+        return self.count - 1 == self.number
 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _text(node: ast.AST) -> str:
-    try:
-        return " ".join(ast.unparse(node).split())[:90]
-    except (AttributeError, ValueError):
-        return type(node).__name__
+def _line(text: str) -> str:
+    return " ".join(text.split())[:100]
 
 
 def sites() -> list[Site]:
