@@ -53,16 +53,17 @@ def closed_near(
         passive: coordinates that give way first.
     """
     drawn = np.asarray(start, dtype=float)
+    driven = [k for k in range(len(drawn)) if k not in passive]
     best = Closed(*close_numerically(tree, loops, start, passive))
     if _gaps(tree, loops, drawn) <= CLOSED:
         return best
     # all that no loop holds stays where the drawing has it; redundant motors must give way
     held = sorted({k for loop in loops for k in loop.coordinates})
     for other_start in _starts(tree, drawn, held):
-        if _merit(tree, best, drawn) <= NEAR:
+        if _merit(tree, best, drawn, driven) <= NEAR:
             break
         other = Closed(*close_numerically(tree, loops, other_start, held))
-        best = min(best, other, key=lambda closed: _merit(tree, closed, drawn))
+        best = min(best, other, key=lambda closed: _merit(tree, closed, drawn, driven))
     return best
 
 
@@ -157,11 +158,11 @@ def _gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> float:
     return float(np.abs(gaps).max(initial=0.0))
 
 
-def _merit(tree: Tree, closed: Closed, drawn: Array) -> float:
+def _merit(tree: Tree, closed: Closed, drawn: Array, driven: Sequence[int]) -> float:
     """How good a configuration is, 0 at best.
 
-    Its distance from the drawn pose where the loops close within the limits. More where they close
-    beyond limits, and more the more they are open.
+    How far driven coordinates are from the drawn pose where the loops close within the limits. More
+    where they close beyond limits, and more the more they are open.
     """
     worst = max(closed.gaps.values(), default=0.0)
     if worst > CLOSED:
@@ -170,7 +171,8 @@ def _merit(tree: Tree, closed: Closed, drawn: Array) -> float:
     beyond = float(np.maximum(lower - closed.s, closed.s - upper).max(initial=0.0))
     if beyond > CLOSED:
         return 1e3 + beyond
-    return min(float(np.abs(closed.s - drawn).max(initial=0.0)), 1e3)
+    moves = np.abs(closed.s - drawn)[list(driven)]
+    return min(float(moves.max(initial=0.0)), 1e3)
 
 
 def limits_of(tree: Tree) -> Array:
