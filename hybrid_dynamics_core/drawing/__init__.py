@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from ..closed_state.state import ClosedState
 from ..errors import InputError, MissingPackageError
 from ..kinematics.workspace import Workspace
-from ..robot.robot import Robot
+from ..robot.taken import AnyRobot, robot_of
 from .options import Colour, Names, checked_colour, checked_names
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ __all__ = ["draw", "draw_margins", "draw_modes", "draw_on", "draw_simulation", "
 
 
 def draw(
-    robot: Robot,
+    robot: AnyRobot,
     state: ClosedState | None = None,
     path: str | os.PathLike[str] | None = None,
     *,
@@ -41,7 +41,7 @@ def draw(
     """Draw a robot: a side view where all of it moves in one plane, an oblique view where not.
 
     Args:
-        robot: to be drawn.
+        robot: to be drawn, or its description.
         state: one closed state; None: the reference configuration.
         path: where to write the figure, as .svg, .png or .pdf.
         names: which are shown: none, those of the active joints, of all joints, or of links too.
@@ -55,6 +55,7 @@ def draw(
         MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
+    robot = robot_of(robot)
     from .figure import robot_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = robot_figure(robot, state, checked_names(names), title)
@@ -64,7 +65,7 @@ def draw(
 
 def draw_on(
     axes: Axes,
-    robot: Robot,
+    robot: AnyRobot,
     state: ClosedState | None = None,
     *,
     names: Names = "active",
@@ -73,7 +74,7 @@ def draw_on(
 
     Args:
         axes: two-dimensional, of final size; their limits are set here.
-        robot: to be drawn.
+        robot: to be drawn, or its description.
         state: one closed state; None: the reference configuration.
         names: which are shown.
 
@@ -82,6 +83,7 @@ def draw_on(
         MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
+    robot = robot_of(robot)
     from .paint.picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
 
     scene = make_scene(robot, state)
@@ -89,7 +91,7 @@ def draw_on(
 
 
 def draw_modes(  # noqa: PLR0913 - options of one picture
-    robot: Robot,
+    robot: AnyRobot,
     u: ArrayLike | None = None,
     path: str | os.PathLike[str] | None = None,
     *,
@@ -101,7 +103,7 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
     """Draw the assembly modes of a robot at active coordinates, side by side in one scale.
 
     Args:
-        robot: to be drawn.
+        robot: to be drawn, or its description.
         u: (n,) active coordinates [rad or m]; None: the reference configuration.
         path: where to write the figure, as .svg, .png or .pdf.
         most: how many modes are drawn, in the order of `robot.assembly_modes`; the robot's own in
@@ -118,6 +120,7 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
         MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
+    robot = robot_of(robot)
     from .maps.modes import modes_figure  # noqa: PLC0415  needs Matplotlib
 
     u = robot.reference if u is None else u
@@ -133,7 +136,7 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
 
 
 def draw_workspace(
-    robot: Robot,
+    robot: AnyRobot,
     workspace: Workspace | None = None,
     path: str | os.PathLike[str] | None = None,
     *,
@@ -146,7 +149,7 @@ def draw_workspace(
     Others are shown in three views.
 
     Args:
-        robot: to be drawn.
+        robot: to be drawn, or its description.
         workspace: `robot.workspace()` if None.
         path: where to write the figure, as .svg, .png or .pdf.
         colour: what colours stand for, of all that lies behind a point: the least distance to a
@@ -161,6 +164,7 @@ def draw_workspace(
         MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
+    robot = robot_of(robot)
     from .maps.workspace import workspace_figure  # noqa: PLC0415  needs Matplotlib
 
     if workspace is None:
@@ -171,7 +175,7 @@ def draw_workspace(
 
 
 def draw_margins(
-    robot: Robot,
+    robot: AnyRobot,
     over: tuple[str, str],
     u: ArrayLike | None = None,
     path: str | os.PathLike[str] | None = None,
@@ -182,7 +186,7 @@ def draw_margins(
     """Draw distances to a singularity or a limit over two active coordinates, and ends of strokes.
 
     Args:
-        robot: to be drawn.
+        robot: to be drawn, or its description.
         over: names of the two coordinates.
         u: (n,) active coordinates at which the others stay [rad or m]; None: the reference.
         path: where to write the figure, as .svg, .png or .pdf.
@@ -197,6 +201,7 @@ def draw_margins(
         MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
+    robot = robot_of(robot)
     from .maps.margin_map import margin_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = margin_figure(robot, over, u, checked_colour(colour), title)
@@ -205,7 +210,7 @@ def draw_margins(
 
 
 def draw_simulation(
-    robot: Robot,
+    robot: AnyRobot,
     motion: Simulation,
     path: str | os.PathLike[str] | None = None,
     *,
@@ -227,6 +232,7 @@ def draw_simulation(
         MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
+    robot = robot_of(robot)
     from .plots.simulation import simulation_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = simulation_figure(robot, motion, title)

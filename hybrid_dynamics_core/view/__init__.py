@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import MissingPackageError
-from ..robot.robot import Robot
+from ..robot.taken import AnyRobot, robot_of
 
 if TYPE_CHECKING:
     from .motion import Motion
@@ -22,7 +22,7 @@ __all__ = ["open_viewer", "view"]
 
 
 def open_viewer(
-    robot: Robot,
+    robot: AnyRobot,
     motion: Motion | None = None,
     *,
     host: str = "localhost",
@@ -31,7 +31,7 @@ def open_viewer(
     """A viewer that listens at host:port, to be used in a `with`; its `run` serves it.
 
     Args:
-        robot: to be shown.
+        robot: to be shown, or its description.
         motion: to be played back, from `motion_of` or a recording.
         host: at which it listens.
         port: at which it listens; 0: any free port.
@@ -49,11 +49,11 @@ def open_viewer(
         raise MissingPackageError("viser", "view", "3D views") from error
     from .viewer import Viewer  # noqa: PLC0415  needs viser
 
-    return Viewer(robot, motion, host, port)
+    return Viewer(robot_of(robot), motion, host, port)
 
 
 def view(
-    robot: Robot,
+    robot: AnyRobot,
     motion: Motion | None = None,
     *,
     host: str = "localhost",
@@ -62,7 +62,7 @@ def view(
     """Show a robot in the browser until KeyboardInterrupt.
 
     Args:
-        robot: to be shown.
+        robot: to be shown, or its description.
         motion: to be played back, from `motion_of` or a recording.
         host: at which the viewer listens.
         port: at which the viewer listens; 0: any free port.

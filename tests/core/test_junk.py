@@ -212,3 +212,15 @@ def test_forces_by_name_are_numbers_or_one_a_state() -> None:
         m.generalised_forces(state, {"q_L": np.zeros((2, 3))})
     with pytest.raises(InputError, match="forces is of type list; expected values by name"):
         m.generalised_forces(state, [1.0])
+
+
+def test_drawings_take_a_description_and_refuse_a_name() -> None:
+    pytest.importorskip("matplotlib")
+    from hybrid_dynamics_core.drawing import draw, draw_modes, draw_simulation
+
+    m = machine()
+    motion = simulate(m, m.reference, t_span=(0.0, 0.05))
+    for drawing, others in ((draw, ()), (draw_modes, ()), (draw_simulation, (motion,))):
+        assert drawing(m.description, *others).axes
+        with pytest.raises(InputError, match="expected a Robot or its description"):
+            drawing(NAME, *others)
