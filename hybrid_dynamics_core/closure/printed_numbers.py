@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..algebra.independence import norm
 from ..description.model import Closure, Joint, RobotDescription
 from ..ground.arrays import Array, frozen
 from ..mechanism.tree import build_tree
+from .constraints.parallelogram import EQUAL, PARALLELOGRAM
 from .constraints.planar_loops import APART
 from .constraints.plane import PARALLEL, ROUNDED
 
@@ -37,6 +39,7 @@ def snapped(robot: RobotDescription) -> RobotDescription:
             robot = _with_joints_in_plane(robot, loop, normal)
             loop = _Loop(robot, name)
         robot = _with_ends_in_plane(robot, loop, normal)
+        robot = _with_equal_bars(robot, _Loop(robot, name), normal)
         settled |= set(loop.joints)
     return robot
 
@@ -48,6 +51,7 @@ class _Loop:
         closure: its closure.
         paths: names of the joints from that link to either end.
         rotations: of the joints' frames (3, 3), by name.
+        origins: of the joints' frames (3,) [m], by name.
         ends: rotation (3, 3) and origin (3,) of the links at the ends.
     """
 
@@ -60,17 +64,36 @@ class _Loop:
         path_a, path_b, ancestor = tree.branches(a, b)
         self.paths = []
         self.rotations: dict[str, Array] = {}
+        self.origins: dict[str, Array] = {}
         for path in (path_a, path_b):
             names = [tree.bodies[body].joint for body in path]
             self.paths.append(names)
             for body, joint in zip(path, names, strict=True):
-                self.rotations[joint], _ = tree.zero_pose(body, ancestor)
+                self.rotations[joint], self.origins[joint] = tree.zero_pose(body, ancestor)
         self.ends = (tree.zero_pose(a, ancestor), tree.zero_pose(b, ancestor))
 
     @property
     def joints(self) -> list[str]:
         """Names of all its joints, chain a first."""
         return [*self.paths[0], *self.paths[1]]
+
+    def bars(self, normal: Array) -> list[Array]:
+        """From pivot to pivot to the pin, back to the first one of the other chain, and across.
+
+        Vectors (3,) [m] in the plane of a normal; none where some joint slides.
+        """
+        if any(self.robot.joints[name].type != "revolute" for name in self.joints):
+            return []
+        flat = np.eye(3) - np.outer(normal, normal)
+        ways: list[list[Array]] = []
+        points = (self.closure.point_a, self.closure.point_b)
+        for path, (rotation, origin), point in zip(self.paths, self.ends, points, strict=True):
+            places = [self.origins[name] for name in path]
+            ways.append([flat @ place for place in (*places, rotation @ point + origin)])
+        out, back = ways
+        first = [end - start for start, end in pairwise(out)]
+        second = [start - end for start, end in pairwise(back)]
+        return [*first, *reversed(second), out[0] - back[0]]
 
     def axis(self, joint: str) -> Array:
         """Axis (3,) of a joint."""
@@ -156,6 +179,33 @@ def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> 
     if not changes:
         return robot
     closures = [replace(one, **changes) if one is closure else one for one in robot.closures]
+    return replace(robot, closures=tuple(closures), notes=(*robot.notes, *notes))
+
+
+def _with_equal_bars(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
+    """The description with the pin of a named parallelogram moved so that opposite bars are equal.
+
+    Bars that differ by more than `ROUNDED` of the longest stay as they are, and are refused later.
+    """
+    closure = loop.closure
+    bars = loop.bars(normal)
+    if closure.assembly != PARALLELOGRAM or len(bars) != 4:
+        return robot
+    lengths = [norm(bar) for bar in bars]
+    off = max(abs(lengths[0] - lengths[2]), abs(lengths[1] - lengths[3]))
+    if not EQUAL * max(lengths) < off <= ROUNDED * max(lengths):
+        return robot
+    last = len(loop.paths[0]) - 1
+    (rotation_a, _), (rotation_b, _) = loop.ends
+    changes: dict[str, Any] = {}
+    ends = ((last, 1.0, "point_a", rotation_a), (last + 1, -1.0, "point_b", rotation_b))
+    for index, sense, name, rotation in ends:
+        bar, opposite = bars[index % 4], lengths[(index + 2) % 4]
+        longer = bar * (opposite / norm(bar) - 1.0)
+        changes[name] = frozen(getattr(closure, name) + rotation.T @ (sense * longer))
+    closures = [replace(one, **changes) if one is closure else one for one in robot.closures]
+    text = f"its opposite bars differ by {off:.2g} m; the pin was moved so that they are equal"
+    notes = _notes(robot, robot.closure_key(closure.name), text, off)
     return replace(robot, closures=tuple(closures), notes=(*robot.notes, *notes))
 
 

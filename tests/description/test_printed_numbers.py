@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hybrid_dynamics_core import DescriptionError, Robot, load
 from hybrid_dynamics_core.description.model import RobotDescription
 from hybrid_dynamics_core.ground.arrays import frozen
-from tests.generated.reframed import about, random_rotation
+from tests.generated.reframed import about, random_rotation, reframed
 from tests.hard_cases.linkages import robot
-from tests.sampling import swept
+from tests.sampling import examples, swept
 
 PLANAR = ("excavator", "forging_chu2020", "five_bar", "type_c", "type_d")
 
@@ -92,3 +94,49 @@ def test_ends_a_little_apart_along_the_axis_are_put_together() -> None:
     assert note == "linkage.yaml:13: closures.c0: moved by 2e-05 m along its axis"
     with pytest.raises(DescriptionError, match=r"ends are 0\.001 m apart along the loop's axis"):
         robot(FOUR_BAR.format(roll="pi/2", kind="planar", apart="0.001"))
+
+
+PARALLELOGRAM = """\
+format: 1
+name: rounded
+gravity: [0, -9.81, 0]
+links: {{base: {{}}, p: {{mass: 1, com: [0.2, 0, 0]}}, q: {{mass: 2, com: [0.5, 0, 0]}},
+  r: {{mass: 1, com: [0.2, 0, 0]}}}}
+joints:
+  jp: {{type: revolute, parent: base, child: p, axis: z}}
+  jq: {{type: revolute, parent: p, child: q, axis: z, origin: {{xyz: [{crank}, 0, 0]}}}}
+  jr: {{type: revolute, parent: base, child: r, axis: z, origin: {{xyz: [{ground}, 0, 0]}}}}
+closures:
+  shut: {{kind: planar, between: {{q: [{coupler}, 0, 0], r: [{rocker}, 0, 0]}},
+    assembly: parallelogram}}
+active: [jp]
+end_effector: {{link: q}}
+reference: {{jp: 0.7}}
+"""
+
+
+@examples(30)
+@given(
+    off=st.tuples(*[st.floats(-4e-6, 4e-6)] * 4),
+    frames=st.integers(0, 10**6),
+)
+def test_bars_that_differ_by_rounding_make_a_parallelogram(
+    off: tuple[float, ...], frames: int
+) -> None:
+    names = ("crank", "ground", "coupler", "rocker")
+    lengths = dict(zip(names, np.add((0.4, 1.0, 1.0, 0.4), off), strict=True))
+    machine = robot(PARALLELOGRAM.format(**lengths))
+    description, zeros = reframed(machine.description, frames)
+    for one, shift in ((machine, 0.0), (Robot(description), zeros["jp"])):
+        torque = one.inverse_dynamics(one.close([0.7 - shift]), [0.0])[0]
+        # by hand, the bars off by rounding
+        assert torque == pytest.approx(9.81 * np.cos(0.7) * (0.2 + 2 * 0.4 + 0.2), rel=1e-4)
+    gap = max(abs(off[0] - off[3]), abs(off[1] - off[2]))
+    noted = any("opposite bars differ by" in note for note in machine.description.notes)
+    assert noted == (gap > 1e-8) or gap < 1.1e-8
+
+
+def test_bars_that_differ_by_more_are_refused() -> None:
+    text = PARALLELOGRAM.format(crank=0.4, ground=1.0, coupler=1.0, rocker=0.41)
+    with pytest.raises(DescriptionError, match=r"opposite bars are 0\.4 m and 0\.41 m long"):
+        robot(text)
