@@ -15,7 +15,7 @@ from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP
 from ..programs import Model
-from .continuation import Continuation, Mask, continue_to, is_continuous
+from .continuation import Continuation, Mask, Rows, continue_to, is_continuous
 from .turns import FreeTurns
 
 Values = dict[str, Array]
@@ -186,8 +186,8 @@ class ClosureSolver:
         rows = np.flatnonzero(must_follow)
         shape = (len(u), len(self._reference))
         starts = np.broadcast_to(start.s, shape)
-        path = self._follow(starts[rows], u[rows], signs)
-        followed, codes_at_end = self._run(u[rows], du[rows], signs, path.s)
+        path = self._follow(starts[rows], u[rows], _of_rows(signs, rows))
+        followed, codes_at_end = self._run(u[rows], du[rows], _of_rows(signs, rows), path.s)
         for name, value in values.items():
             value[rows] = followed[name]
         codes = codes.copy()
@@ -195,8 +195,8 @@ class ClosureSolver:
         return values, codes
 
     def _follow(self, start: Array, ends: Array, signs: Array) -> Continuation:
-        def close(u: Array, guess: Array) -> ClosureResults:
-            return self._run(u, np.zeros_like(u), signs, guess)
+        def close(u: Array, guess: Array, rows: Rows) -> ClosureResults:
+            return self._run(u, np.zeros_like(u), _of_rows(signs, rows), guess)
 
         return continue_to(close, start, start[:, self.given], ends, self._passive)
 
@@ -208,6 +208,13 @@ def _code_after(on_the_way: Codes, at_end: Codes) -> Codes:
     """
     lost = np.where(at_end == GOOD, JUMP, at_end)
     return np.atleast_1d(np.where(on_the_way == GOOD, at_end, lost))
+
+
+def _of_rows(signs: Array, rows: Rows) -> Array:
+    """Branch signs of some rows: all of (blocks,), which are the same for each."""
+    if signs.ndim == 1:
+        return signs
+    return signs[rows]
 
 
 def _mapped(velocity_map: Array, move: Array) -> Array:

@@ -23,8 +23,9 @@ from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP
 
 Values = Mapping[str, Array]
-# (u, guess) -> results with s and R, status codes
-Close = Callable[[Array, Array], tuple[Values, Codes]]
+Rows = NDArray[np.intp]
+# (u, guess, rows of all that they are) -> results with s and R, status codes
+Close = Callable[[Array, Array, Rows], tuple[Values, Codes]]
 Mask = NDArray[np.bool_]
 
 CORRECTION = 0.25  # largest part of the predicted step that the correction may be
@@ -68,7 +69,7 @@ def continue_to(
     s = start_s.copy()
     progress = np.zeros(len(end_u))
     length = np.ones(len(end_u))
-    values, codes = close(start_u, s)
+    values, codes = close(start_u, s, np.arange(len(end_u)))
     velocity_map = values["R"].copy()
     codes = codes.copy()
     working = codes == GOOD
@@ -81,7 +82,7 @@ def continue_to(
         move = (ahead - progress[rows])[:, None] * way
         predicted = np.einsum("nij,nj->ni", velocity_map[rows], move)
         goal = start_u[rows] + ahead[:, None] * way
-        values, trial_codes = close(goal, s[rows] + predicted)
+        values, trial_codes = close(goal, s[rows] + predicted, rows)
         hindsight = np.einsum("nij,nj->ni", values["R"], move)
         moved = values["s"] - s[rows]
         smooth = is_continuous(moved, predicted, hindsight, passive)

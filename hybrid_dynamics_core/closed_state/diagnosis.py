@@ -27,7 +27,7 @@ def raise_for_status(
     Args:
         model: what was closed.
         u: given coordinates (n,) or (N, n) [rad, m].
-        signs: branch signs (blocks,).
+        signs: branch signs (blocks,) or (N, blocks).
         codes: status codes () or (N,).
         distances: distances to a singularity (blocks,) or (N, blocks).
 
@@ -42,6 +42,8 @@ def raise_for_status(
     if u.ndim == 2:
         index = int(np.flatnonzero(codes)[0])
         u, codes, distances = u[index], codes[index], distances[index]
+        if signs.ndim == 2:
+            signs = signs[index]
     outcome = Outcome.decode(int(codes))
     distance = 0.0
     if 0 <= outcome.block < len(distances):

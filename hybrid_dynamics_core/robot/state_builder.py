@@ -106,7 +106,9 @@ class StateBuilder:
             value[codes != GOOD] = np.nan
 
     def _branch_of(self, signs: Array) -> Mapping[str, str]:
-        """Names of the modes. Motions stay on theirs, so they are made once."""
+        """Names of the modes, of the last row. Motions stay on theirs, so they are made once."""
+        if signs.ndim == 2:
+            signs = signs[-1]
         key = signs.tobytes()
         branch = self._branches.get(key)
         if branch is None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import ClosureError, InputError, Robot
+from hybrid_dynamics_core import ClosedState, ClosureError, InputError, Robot
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import robot
+from tests.sampling import swept
 
 U = np.array([0.3, 0.15, 0.175, 0.4])
 DU = np.array([0.2, 0.03, -0.02, 0.5])
@@ -214,3 +215,21 @@ def test_coordinates_are_judged_where_the_motion_comes_from() -> None:
     state = machine.close_given({"x": 0.55}, near=near)
     expected = np.arccos((0.55**2 + 0.2**2 - 0.5**2) / (2 * 0.55 * 0.2))  # cosine rule
     assert state.u[0] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", swept(["excavator", "five_bar", "gough"], ["five_bar", "gough"]))
+def test_rows_on_different_modes_are_followed_as_each_alone(name: str) -> None:
+    machine = robot(name)
+    modes = machine.assembly_modes(machine.reference)
+    near = ClosedState.joined([mode.state for mode in modes])
+    rng = np.random.default_rng(4)
+    reached = 0
+    for size in (0.02, 0.1, 0.4):  # the longer ones are followed in steps
+        u = machine.reference + size * rng.uniform(-1.0, 1.0, (len(modes), len(machine.active)))
+        batch = machine.close(u, near=near, check=False)
+        for k, mode in enumerate(modes):
+            alone = machine.close(u[k], near=mode.state, check=False)
+            assert alone.status == batch.status[k]
+            np.testing.assert_allclose(batch.s[k], alone.s, atol=1e-9, equal_nan=True)
+            reached += alone.status == 0
+    assert reached > len(modes)
