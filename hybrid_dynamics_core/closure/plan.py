@@ -17,7 +17,8 @@ from .degrees_of_freedom import independent_equations, require_determined
 from .loop_gap import describe_gap
 from .loop_length import measure
 from .matching import match
-from .numeric_closure import CLOSED, close_numerically
+from .numeric_closure import CLOSED
+from .reference_search import closed_near
 
 
 @dataclass(frozen=True)
@@ -116,9 +117,9 @@ def _closed_guess(
     tree: Tree, loops: Sequence[LoopEquations], guess: list[float], unknowns: Sequence[int]
 ) -> list[float]:
     """Where iterations start: everything is closed there already, if it can be."""
-    closed, residual = close_numerically(tree, loops, guess, unknowns)
-    if max(residual.values()) < CLOSED:
-        guess = closed.tolist()
+    closed = closed_near(tree, loops, guess, unknowns, driven_may_move=False)
+    if closed.is_closed:
+        return closed.s.tolist()
     return guess
 
 

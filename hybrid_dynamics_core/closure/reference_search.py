@@ -40,7 +40,12 @@ class Closed(NamedTuple):
 
 
 def closed_near(
-    tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float], passive: Sequence[int]
+    tree: Tree,
+    loops: Sequence[LoopEquations],
+    start: Sequence[float],
+    passive: Sequence[int],
+    *,
+    driven_may_move: bool = True,
 ) -> Closed:
     """The closed configuration nearest to a drawn pose, within the limits if there is one.
 
@@ -51,6 +56,7 @@ def closed_near(
         loops: all equations.
         start: the drawn pose (n_s,) [rad or m].
         passive: coordinates that give way first.
+        driven_may_move: whether the other ones give way where these are not enough.
     """
     drawn = np.asarray(start, dtype=float)
     driven = [k for k in range(len(drawn)) if k not in passive]
@@ -59,6 +65,8 @@ def closed_near(
         return best
     # all that no loop holds stays where the drawing has it; redundant motors must give way
     held = sorted({k for loop in loops for k in loop.coordinates})
+    if not driven_may_move:
+        held = [k for k in held if k in passive]
     for other_start in _starts(tree, drawn, held):
         if _merit(tree, best, drawn, driven) <= NEAR:
             break
