@@ -56,7 +56,7 @@ def examples(number: int, **others: Any) -> Callable[[Test], Test]:
     Returns:
         A decorator.
     """
-    count = max(2, number // SHARE) if MORE_EXAMPLES is None else number * int(MORE_EXAMPLES)
+    count = max(1, number // SHARE) if MORE_EXAMPLES is None else number * int(MORE_EXAMPLES)
     is_same_each_time = MORE_EXAMPLES in (None, "1")
     chosen = settings(max_examples=count, derandomize=is_same_each_time, **others)
 

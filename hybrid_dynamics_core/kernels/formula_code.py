@@ -24,6 +24,7 @@ PLACES = (
     "description/effects.py",
     "description/geometry.py",
     "description/model.py",
+    "description/rigid_body.py",
     "dynamics",
     "errors.py",
     "ground",

@@ -123,7 +123,10 @@ class IKProblem:
     @property
     def further_starts(self) -> Array:
         """More starts (N, n) over the limits, where all others failed."""
-        return self._starts_between(STARTS, FURTHER_STARTS)
+        last = FURTHER_STARTS
+        if self.robot.follows:  # each of its states takes many times as long
+            last = 2 * STARTS
+        return self._starts_between(STARTS, last)
 
     def _starts_between(self, first: int, last: int) -> Array:
         revolute = is_revolute(self.robot).tolist()

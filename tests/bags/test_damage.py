@@ -218,6 +218,7 @@ def test_damaged_databases_do_not_escape(forging, tmp_path):
             assert len(found) == 200 or losses
 
 
+@pytest.mark.sweep(sample="test_damaged_bags_give_true_messages_and_tell_what_is_lost")
 def test_a_truncated_bag_is_processed_as_far_as_it_goes(whole, tmp_path):
     path, pairs = whole
     cut = tmp_path / "cut.mcap"

@@ -177,6 +177,7 @@ class TestChangePoints:
             assert caught.value.loop == "bar"
             assert caught.value.distance < 1e-5
 
+    @pytest.mark.sweep(sample="test_path_over_a_change_point_names_the_row")
     def test_no_step_crosses_a_change_point(self, general: Robot) -> None:
         """Two hundred steps over q1 = 0 or pi, long and short, from all distances.
 

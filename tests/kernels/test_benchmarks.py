@@ -13,6 +13,7 @@ from benchmarks.report import measured
 from benchmarks.side import Side
 
 
+@pytest.mark.sweep(sample="test_every_side_that_is_installed_agrees")
 def test_a_quick_report_holds_every_part(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "STAGES", (1, 2))
     found = measured(quick=True, modules=("ours", "plain_numpy", "missing"))

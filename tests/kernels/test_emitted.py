@@ -27,6 +27,7 @@ from hybrid_dynamics_core.kernels.run import Kernel
 from hybrid_dynamics_core.kernels.trace import Check, Results
 from tests.kernels.programs_of import BACKENDS, inputs, kernel
 from tests.robots import random_states
+from tests.sampling import swept
 
 HOSTILE = 'x")\nimport os; os.abort()  # %s {0} ; ret void }'
 
@@ -129,8 +130,11 @@ def test_callers_take_names_only() -> None:
         caller.make_caller(signature, lambda *_: 0, lambda *_: None)
 
 
+IN_PARTS = [("forging_chu2020", "minimal"), ("gough", "forward")]
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize(("name", "which"), [("forging_chu2020", "minimal"), ("gough", "forward")])
+@pytest.mark.parametrize(("name", "which"), swept(IN_PARTS))
 def test_a_program_in_parts_gives_the_same(
     monkeypatch: pytest.MonkeyPatch, backend: str, name: str, which: str
 ) -> None:
