@@ -119,7 +119,7 @@ def _closed_guess(
     """Where iterations start: everything is closed there already, if it can be."""
     closed = closed_near(tree, loops, guess, unknowns, driven_may_move=False)
     if closed.is_closed:
-        return closed.s.tolist()
+        return [float(q) for q in closed.s]
     return guess
 
 

@@ -22,7 +22,6 @@ PLACES = (
     "closure",
     "description/actuators.py",
     "description/effects.py",
-    "description/geometry.py",
     "description/model.py",
     "description/rigid_body.py",
     "dynamics",
