@@ -21,10 +21,12 @@ class ClosureCoverage:
     Attributes:
         places: how many were sampled; none for a robot without loops.
         closed: at how many of them all loops close.
+        singular: at how many more they close, but are singular.
     """
 
     places: int
     closed: int
+    singular: int
 
     @property
     def is_complete(self) -> bool:
@@ -41,7 +43,10 @@ class ClosureCoverage:
         places = f"{counted(self.places, 'place')} tried within the limits of the active joints"
         if self.is_complete:
             return f"loops close at all {places}"
-        return f"loops close at {self.closed} of {places}"
+        sentence = f"loops close at {self.closed} of {places}, as the file gives them"
+        if self.singular:
+            return f"{sentence}; {self.singular} more are singular"
+        return sentence
 
 
 def closure_coverage(machine: Robot) -> ClosureCoverage:
@@ -50,13 +55,14 @@ def closure_coverage(machine: Robot) -> ClosureCoverage:
     An angle without limits is sampled all around. A slide without limits stays at its reference.
     """
     if not machine.loops:
-        return ClosureCoverage(0, 0)
+        return ClosureCoverage(0, 0, 0)
     ranges = np.array([_range(machine, k) for k in range(len(machine.active))])
     shape = (PLACES, len(ranges))
     places = np.random.default_rng(0).uniform(ranges[:, 0], ranges[:, 1], shape)
     status = np.asarray(machine.close(places, check=False).status)
-    closed = int((status != ClosureStatus.UNREACHABLE).sum())
-    return ClosureCoverage(PLACES, closed)
+    closed = int((status == ClosureStatus.OK).sum())
+    singular = int((status == ClosureStatus.SINGULAR).sum())
+    return ClosureCoverage(PLACES, closed, singular)
 
 
 def _range(machine: Robot, k: int) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_args
 
@@ -81,7 +82,7 @@ def command(
     if place is not None:
         data["picture"] = str(place)
     coverage = closure_coverage(machine)
-    data["tried"] = {"places": coverage.places, "closed": coverage.closed}
+    data["tried"] = asdict(coverage)
     if coverage.places:
         lines.append(coverage.describe())
     lines.append(verdict(machine, coverage))

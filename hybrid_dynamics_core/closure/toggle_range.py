@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 
 from ..algebra.scalar import Scalar
 from ..ground.arrays import Array
-from ..mechanism.configuration import given_configuration
+from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
+from .closed_motion import SolvedBlock
+from .constraints.equations import Row
 from .plan import ClosurePlan
 
 Flags = NDArray[np.bool_]
 Range = tuple[float, float]
+# distance at which a place counts as singular: at a toggle point that is its end, but for rounding
+SINGULAR = 1e-8
 _SAMPLES = 4001  # a range narrower than 1/4000 of the searched one may be missed
 _TURN = 2.0 * math.pi  # [rad] searched to either side
 _SPAN = 6.0  # searched displacements to either side, in lengths of the longest loop
@@ -84,11 +88,21 @@ class ClosingSearch:
         good = np.ones(values.shape, dtype=bool)
         with np.errstate(all="ignore"):
             for block, sign in self._solved:
-                good &= np.asarray(block.solve(configuration, sign, self._guess)) > 0.0
+                margin = block.solve(configuration, sign, self._guess)
+                good &= np.asarray(margin) > 0.0
+                good &= np.asarray(self._distance(block, margin, configuration)) > SINGULAR
             for loop in self._guarded:
                 for guard in loop.guards(configuration):
                     good &= np.asarray(guard) > 0.0
         return good
+
+    def _distance(self, block: BlockSolver, margin: Scalar, configuration: Configuration) -> Scalar:
+        """Distance of a solved block to a singularity: a range may end in singular places."""
+        rows: list[Row] = []
+        for equation in block.equations:
+            linear = equation.loop.linearise(configuration)
+            rows.append(linear.rows[equation.index])
+        return SolvedBlock(block, margin, rows).distance(self._tree)
 
     def interval(self, near: float) -> Range | None:
         """The interval in which they close.

@@ -91,7 +91,10 @@ def explain_failure(
     outside = _solution_beyond_limits(problem, descent)
     if outside is not None:
         joints = _exceeded_limits(problem, outside)
-        return IKStatus.LIMIT, f"reached beyond the limits of {joints}; {nearest} within them"
+        return (
+            IKStatus.LIMIT,
+            f"only beyond the limits of {joints} is it reached; {nearest} within them",
+        )
     cause = _cause(problem, descent, u)
     if problem.is_exhaustive or _is_too_far(problem) or _unmoved_rows(problem, u):
         return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}{cause}"
