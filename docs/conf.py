@@ -52,11 +52,11 @@ add_module_names = False
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
 autodoc_type_aliases = {
-    name: name for name in ("Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names")
+    name: name for name in ("AnyRobot", "Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names")
 }
 nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fetched to link them
     ("py:.*", r"(numpy|collections|os|pathlib|matplotlib|typing|enum)\..*"),
-    ("py:.*", r"(Array|ArrayLike|Axes|Efforts|Figure|Names)"),
+    ("py:.*", r"(AnyRobot|Array|ArrayLike|Axes|Efforts|Figure|Names)"),
     (
         "py:.*",
         r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType)",

@@ -89,10 +89,10 @@ class Turning(NamedTuple):
             description = moved(description, rotation, rng.normal(size=3))
         return Robot(description)
 
-    def passive(self, a: np.ndarray) -> np.ndarray:
+    def passive(self, a: np.ndarray, first: float) -> np.ndarray:
         """Passive coordinates b, c, g (N, 3) of crank angles (N,) along a motion, by circles.
 
-        They begin where they are nearest to zero, and go on without a jump.
+        b begins where it is nearest to `first`, and all go on without a jump.
         """
         ground, crank, rod, out = self.lengths
         pin = crank * np.stack([np.cos(a), np.sin(a)], axis=1)
@@ -111,15 +111,15 @@ class Turning(NamedTuple):
             c = np.unwrap(np.arctan2(end[:, 1], end[:, 0] - ground))
         way = end - pin
         b = np.unwrap(np.arctan2(way[:, 1], way[:, 0]) - a)
-        b -= 2.0 * np.pi * np.rint(b[0] / (2.0 * np.pi))
+        b += 2.0 * np.pi * np.rint((first - b[0]) / (2.0 * np.pi))
         return np.stack([b, c, RATIO * b + 0.3], axis=1)
 
-    def torque(self, a: np.ndarray) -> np.ndarray:
+    def torque(self, a: np.ndarray, first: float) -> np.ndarray:
         """Holding torque (N,) against the springs, the energy differentiated [N m]."""
         step = 1e-5
 
         def energy(angles: np.ndarray) -> np.ndarray:
-            stretched = self.passive(angles) - np.array([self.rest, self.rest, 0.1])
+            stretched = self.passive(angles, first) - np.array([self.rest, self.rest, 0.1])
             return 0.5 * np.sum(np.array(self.stiffness) * stretched**2, axis=1)
 
         return (energy(a + step) - energy(a - step)) / (2.0 * step)

@@ -148,6 +148,8 @@ def signs_of_names(
     for loop, names in branch.items():
         if loop not in loops:
             raise InputError(f"branch: {no_such_name('loop', loop, loops)}")
+        if not isinstance(names, str):
+            raise InputError(f"branch: expected the name of a mode of loop '{loop}', got {names!r}")
         for mode in names.split("+"):
             _set_mode(plan, result, loop, mode)
     return result

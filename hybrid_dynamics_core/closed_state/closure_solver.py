@@ -83,8 +83,11 @@ class ClosureSolver:
             return self._close_from(u, du, signs, start)
         if not self.iterates:
             return self._run(u, du, signs, self._reference)
-        values, codes = self._close_from(u, du, signs, self.reference(signs))
+        # the way from the reference is a turn at most: further turns lead to the same places
+        turned = self._turns.nearest_given(u, self._reference[self.given])
+        values, codes = self._close_from(turned, du, signs, self.reference(signs))
         nearest = self._turns.nearest(values["s"], self._reference)
+        nearest[..., self.given] = u
         if np.array_equal(nearest, values["s"], equal_nan=True):
             return values, codes
         turned, turned_codes = self._run(u, du, signs, nearest)

@@ -32,7 +32,9 @@ CORRECTION = 0.25  # largest part of the predicted step that the correction may 
 SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
 SHORTEST = 1e-7  # of the way: a shorter step means that there is no smooth way on
-MAX_ROUNDS = 400
+MAX_ROUNDS = 400  # of a short way
+MOST_ROUNDS = 1e6
+ROUNDS = 100  # more for each [rad or m] of the way of the given coordinates
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,8 @@ def continue_to(
     velocity_map = values["R"].copy()
     codes = codes.copy()
     working = codes == GOOD
-    for _ in range(MAX_ROUNDS):
+    longest = float(np.abs(end_u - start_u).max(initial=0.0))
+    for _ in range(MAX_ROUNDS + int(min(ROUNDS * longest, MOST_ROUNDS))):
         rows = np.flatnonzero(working & (progress < 1.0))
         if not len(rows):
             break

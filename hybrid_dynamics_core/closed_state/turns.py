@@ -21,6 +21,7 @@ class FreeTurns:
 
     def __init__(self, model: Model) -> None:
         self._free = _free(model)
+        self._given_free = _given_free(model)
 
     def nearest(self, s: Array, near: Array) -> Array:
         """The same places with each free angle within half a turn of another.
@@ -31,6 +32,16 @@ class FreeTurns:
         """
         turns = np.rint((near - s) / TURN)
         return s + np.where(self._free, turns * TURN, 0.0)
+
+    def nearest_given(self, u: Array, near: Array) -> Array:
+        """Given coordinates with angles that no equation counts within half a turn of others.
+
+        Args:
+            u: given coordinates (..., n) [rad, m].
+            near: given coordinates (n,) [rad, m].
+        """
+        turns = np.rint((near - u) / TURN)
+        return u + np.where(self._given_free, turns * TURN, 0.0)
 
     def along(self, s: Array, start: Array) -> Array:
         """The same places as one motion: each row is nearest to the row before.
@@ -55,3 +66,9 @@ def _free(model: Model) -> Mask:
             counted = counted & frozenset(block.unknowns)
         free[list(counted)] = False
     return free
+
+
+def _given_free(model: Model) -> Mask:
+    counted = frozenset().union(*(block.counted_turns for block in model.plan.blocks))
+    free = [model.tree.is_revolute(k) and k not in counted for k in model.plan.given]
+    return np.array(free, dtype=bool)

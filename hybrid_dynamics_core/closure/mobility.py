@@ -22,12 +22,13 @@ from .constraints.from_description import loop_equations
 from .drawn_flat import with_parallelograms
 from .loop_gap import describe_gap
 from .numeric_closure import CLOSED, gaps_and_jacobian
-from .reference_search import Closed, closed_near, generic_near, is_singular_for
+from .reference_search import Closed, closed_near, generic_near, is_closed_at, is_singular_for
 
 # share of a coordinate's motion that must not follow from the coordinates chosen before
 INDEPENDENT = 1e-6
 ZERO = 1e-8  # singular values below this share of the largest count as zero
 TINY = 1e-300
+NOTED = 0.01  # [rad or m] a smaller move from the drawn pose is rounding of the file
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,8 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
         raise robot.error(
             "active", "the loops hold every joint fast: nothing is left to move; mend the geometry"
         )
+    if not is_closed_at(tree, loops, start):
+        robot = _with_note_of_closing(tree, robot, start, closed.s)
     robot, s = _regular(tree, robot, closed.s, chosen)
     driven = (*robot.motors, *robot.actuators)
     motors = tuple(name for name in chosen if name in driven)
@@ -78,6 +81,23 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     dependent = tuple(name for name in robot.motors if name not in motors)
     reference = dict(zip(names, s.tolist(), strict=True))
     return Mobility(motors + idle, idle, dependent, reference, robot)
+
+
+def _with_note_of_closing(
+    tree: Tree, robot: RobotDescription, start: Sequence[float], s: Array
+) -> RobotDescription:
+    """The description with a note of where the loops close, which are open as the file draws them.
+
+    Of joints that come to where a file gives them nothing is said.
+    """
+    places: list[str] = []
+    for name, drawn, value in zip(tree.coordinates, start, s.tolist(), strict=True):
+        if abs(value - drawn) > NOTED:
+            places.append(f"{name} = {value:.4g}")
+    if not places:
+        return robot
+    note = f"the loops are open as the file draws them; they close nearby at {', '.join(places)}"
+    return replace(robot, notes=(*robot.notes, note))
 
 
 def _independent_names(

@@ -183,13 +183,13 @@ def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> 
 
 
 def _with_equal_bars(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
-    """The description with the pin of a named parallelogram moved so that opposite bars are equal.
+    """The description with the pin of a parallelogram moved so that opposite bars are equal.
 
     Bars that differ by more than `ROUNDED` of the longest stay as they are, and are refused later.
     """
     closure = loop.closure
     bars = loop.bars(normal)
-    if closure.assembly != PARALLELOGRAM or len(bars) != 4:
+    if closure.assembly not in (None, PARALLELOGRAM) or len(bars) != 4:
         return robot
     lengths = [norm(bar) for bar in bars]
     off = max(abs(lengths[0] - lengths[2]), abs(lengths[1] - lengths[3]))

@@ -16,6 +16,7 @@ from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
 DISTANCES = (0.03, 0.1, 0.3, 1.0)
 STARTS = 6
 NEAR = 0.5  # [rad or m] a configuration that is nearer to the drawn pose is not improved
+BEYOND = 1e3  # merit of a configuration that closes beyond limits alone
 MOVES = (0.03, -0.03, 0.1, -0.1, 0.3)  # [rad or m] off a singular place
 REGULAR = 1e-3  # share of a singular value nearby below which a place counts as singular
 RANK_TOLERANCE = 1e-8  # singular values below this share of the largest count as zero
@@ -65,14 +66,31 @@ def closed_near(
         return best
     # all that no loop holds stays where the drawing has it; redundant motors must give way
     held = sorted({k for loop in loops for k in loop.coordinates})
-    if not driven_may_move:
-        held = [k for k in held if k in passive]
-    for other_start in _starts(tree, drawn, held):
-        if _merit(tree, best, drawn, driven) <= NEAR:
-            break
-        other = Closed(*close_numerically(tree, loops, other_start, held))
-        best = min(best, other, key=lambda closed: _merit(tree, closed, drawn, driven))
+    for unknowns in _movable(held, passive, driven, driven_may_move):
+        for other_start in _starts(tree, drawn, unknowns):
+            if _merit(tree, best, drawn, driven) <= NEAR:
+                return best
+            other = Closed(*close_numerically(tree, loops, other_start, unknowns))
+            best = min(best, other, key=lambda closed: _merit(tree, closed, drawn, driven))
+        if _merit(tree, best, drawn, driven) < BEYOND:
+            return best
     return best
+
+
+def _movable(
+    held: Sequence[int], passive: Sequence[int], driven: Sequence[int], driven_may_move: bool
+) -> Iterator[list[int]]:
+    """Sets of coordinates that give way: passive ones, then more and more of the last driven."""
+    yield [k for k in held if k in passive]
+    if not driven_may_move:
+        return
+    for count in range(len(driven) - 1, -1, -1):
+        yield [k for k in held if k not in driven[:count]]
+
+
+def is_closed_at(tree: Tree, loops: Sequence[LoopEquations], s: Sequence[float]) -> bool:
+    """Whether all loops close at a pose (n_s,)."""
+    return _gaps(tree, loops, np.asarray(s, dtype=float)) <= CLOSED
 
 
 def generic_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array:
@@ -174,13 +192,13 @@ def _merit(tree: Tree, closed: Closed, drawn: Array, driven: Sequence[int]) -> f
     """
     worst = max(closed.gaps.values(), default=0.0)
     if worst > CLOSED:
-        return 2e3 + worst
+        return 2.0 * BEYOND + worst
     lower, upper = limits_of(tree).T
     beyond = float(np.maximum(lower - closed.s, closed.s - upper).max(initial=0.0))
     if beyond > CLOSED:
-        return 1e3 + beyond
+        return BEYOND + beyond
     moves = np.abs(closed.s - drawn)[list(driven)]
-    return min(float(moves.max(initial=0.0)), 1e3)
+    return min(float(moves.max(initial=0.0)), 0.5 * BEYOND)
 
 
 def limits_of(tree: Tree) -> Array:

@@ -21,6 +21,8 @@ Flags = NDArray[np.bool_]
 Range = tuple[float, float]
 # distance at which a place counts as singular: at a toggle point that is its end, but for rounding
 SINGULAR = 1e-8
+# share of a step that samples stand off round values: a change point, which is no end, is not met
+_OFF_GRID = 0.1234567
 _SAMPLES = 4001  # a range narrower than 1/4000 of the searched one may be missed
 _TURN = 2.0 * math.pi  # [rad] searched to either side
 _SPAN = 6.0  # searched displacements to either side, in lengths of the longest loop
@@ -116,7 +118,8 @@ class ClosingSearch:
         half = _TURN
         if not self._tree.is_revolute(self._k):
             half = _SPAN * max(loop.length for loop in self._plan.loops)
-        values = near + half * np.linspace(-1.0, 1.0, _SAMPLES)
+        step = 2.0 * half / (_SAMPLES - 1)
+        values = near + half * np.linspace(-1.0, 1.0, _SAMPLES) + _OFF_GRID * step
         closes = self.closes(values)
         if not closes.any():
             return None

@@ -43,6 +43,14 @@ _Loader.add_implicit_resolver(_CORE_TAG + "int", _INT, list("-+0123456789"))
 _Loader.add_implicit_resolver(_CORE_TAG + "float", _FLOAT, list("-+.0123456789"))
 
 
+def _decimal(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int:
+    """An integer as YAML 1.2 has it: 012 is twelve, where YAML 1.1 has an octal ten."""
+    return int(str(loader.construct_scalar(node)))
+
+
+_Loader.add_constructor(_CORE_TAG + "int", _decimal)
+
+
 def read_yaml(text: str, file: FilePath = None) -> Document:
     """The document of a YAML text.
 

@@ -38,6 +38,9 @@ class ValueReader:
         self.document = document
         self.parameters: dict[str, float] = {}
         for name, value in document.entries("parameters").items():
+            if name == "pi":
+                problem = "is the number 3.14159... in every expression; choose another name"
+                raise document.error(("parameters", name), problem)
             self.parameters[name] = self.number(value, ("parameters", name))
 
     def number(self, value: Scalar, path: KeyPath) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,7 +40,7 @@ class IKBatch(IKResult):
     """
 
     # Each entry has a leading N, as in batches of states.
-    status: NDArray[np.object_]  # type: ignore[assignment]
+    status: NDArray[Any]  # type: ignore[assignment]
     residual: Array  # type: ignore[assignment]
     branch: tuple[Mapping[str, str], ...]  # type: ignore[assignment]
     state: ClosedState

@@ -133,7 +133,7 @@ class Closure:
             return state
         return replace(state, branch=self._branch_after(near, state))
 
-    def follow_turns(self, state: ClosedState, before: Array) -> ClosedState:
+    def follow_turns(self, state: ClosedState, before: ArrayLike) -> ClosedState:
         """States that were closed one by one, as one motion: passive angles go on without a jump.
 
         Args:
@@ -142,7 +142,12 @@ class Closure:
 
         Returns:
             The same places, each angle within half a turn of the one before.
+
+        Raises:
+            InputError: the state is of another robot, a shape is wrong, or a value is not finite.
         """
+        self.check_state(state)
+        before = finite_vectors("before", before, self.model.coordinates, -1)
         s = self.turns.along(np.atleast_2d(state.s), before).reshape(state.s.shape)
         if np.array_equal(s, state.s):
             return state

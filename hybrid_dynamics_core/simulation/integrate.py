@@ -7,6 +7,7 @@ less the work is therefore constant, but for the integrator's error.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
@@ -31,6 +32,7 @@ from .step_bound import StepBound
 
 Efforts = Callable[[float, ClosedState], ArrayLike]  # (t [s], state) -> tau (n,)
 Span = tuple[float, float]  # start and end [s]
+MOST_SAMPLES = 10_000_000
 PLACES = 9  # in a step that are looked at, at least: one more than the degree of DOP853's output
 
 
@@ -71,6 +73,8 @@ def simulate(
     start = u if isinstance(u, ClosedState) else robot.close(u, du)
     if start.u.ndim != 1:
         raise InputError("a simulation starts from one state, not from a batch")
+    if callable(tau):
+        _check_takes(tau, start)
     run = _Run(robot, start, tau, span, settings)
     duration = span[1] - span[0]
     with Progress(f"simulating {robot.name}", duration, settings.progress) as progress:
@@ -305,6 +309,16 @@ class _Run:
         return self.robot.close(u, du, near=near)
 
 
+def _check_takes(tau: Efforts, state: ClosedState) -> None:
+    """Raise where a function of efforts does not take a time and a state."""
+    try:
+        inspect.signature(tau).bind(0.0, state)
+    except TypeError as error:
+        raise InputError(f"tau: expected a function of (t, state): {error}") from error
+    except ValueError:  # a builtin has no signature
+        return
+
+
 def _constant(tau: ArrayLike | None, robot: Robot) -> Array:
     if tau is None:
         return np.zeros(len(robot.active))
@@ -315,6 +329,11 @@ def _sample_times(span: Span, rate: float) -> Array:
     """Times at which samples are recorded [s], the end of the span included."""
     start, end = span
     count = int(np.floor((end - start) * rate + 1e-9)) + 1
+    if count > MOST_SAMPLES:
+        raise InputError(
+            f"rate is {rate:g}: {count:.3g} samples in {end - start:g} s; expected at most"
+            f" {MOST_SAMPLES:.0e}"
+        )
     times = start + np.arange(count) / rate
     if times[-1] >= end - 1e-12 * abs(end):
         return times

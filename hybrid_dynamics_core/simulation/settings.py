@@ -67,6 +67,8 @@ class Settings:
             value = getattr(self, name)
             if value is not None and not real_number(name, value) > 0.0:
                 raise InputError(f"{name} is {value}; expected a number above zero")
+        if not math.isfinite(self.rate):
+            raise InputError(f"rate is {self.rate}; expected a finite number of samples a second")
         if self.loads is None:
             return
         require_type("loads", self.loads, Loads, "robot.loads")

@@ -75,6 +75,7 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
             m.close_given,
             {"values": given, "rates": given, "accelerations": given, "near": state},
         ),
+        "follow_turns": (m.follow_turns, {**on_state, "before": state.s}),
         "assembly_modes": (m.assembly_modes, {"u": m.reference}),
         "forward_kinematics": (m.forward_kinematics, {**on_state, "frame": None}),
         "jacobian": (m.jacobian, {**on_state, "frame": None}),
@@ -224,3 +225,25 @@ def test_drawings_take_a_description_and_refuse_a_name() -> None:
         assert drawing(m.description, *others).axes
         with pytest.raises(InputError, match="expected a Robot or its description"):
             drawing(NAME, *others)
+
+
+@pytest.mark.parametrize("mode", [1, None, ["front"]])
+def test_a_mode_that_is_no_name(mode: object) -> None:
+    m = machine()
+    (loop,) = m.loops
+    with pytest.raises(InputError, match="expected the name of a mode of loop"):
+        m.close(m.reference, branch={loop: mode})  # type: ignore[dict-item]
+
+
+def test_numbers_of_samples_that_cannot_be() -> None:
+    m = machine()
+    with pytest.raises(InputError, match="rate is inf; expected a finite number"):
+        Settings(rate=np.inf)
+    with pytest.raises(InputError, match=r"1e\+10 samples in 10 s; expected at most 1e\+07"):
+        simulate(m, m.reference, None, None, (0.0, 10.0), Settings(rate=1e9))
+
+
+def test_a_function_of_efforts_that_takes_something_else() -> None:
+    m = machine()
+    with pytest.raises(InputError, match=r"tau: expected a function of \(t, state\)"):
+        simulate(m, m.reference, None, lambda: np.zeros(3), (0.0, 0.1))  # type: ignore[misc]

@@ -131,3 +131,69 @@ def test_a_body_pinned_at_its_own_origin_has_three_freedoms(at: float) -> None:
     assert len(machine.dependent_motors) == 3
     state = machine.close([0.1, 0.2, -0.1])
     assert state.residual < 1e-12
+
+
+@examples(20)
+@given(
+    off=st.floats(-2e-5, 2e-5),
+    how=st.sampled_from(["active_set: motors", "active_set: exact"]),
+    u=st.floats(-2.0, 2.0),
+)
+def test_a_flat_parallelogram_with_rounded_bars_is_one(off: float, how: str, u: float) -> None:
+    names = ("mp", "mq", "mr", "cp", "cq", "cr", "crank", "ground", "kind", "how")
+    values = (1, 2, 1, 0.2, 0.5, 0.2, 0.4, 1.0, "planar", how)
+    text = FLAT.format(**dict(zip(names, values, strict=True)))
+    text = text.replace(
+        "child: r, axis: z, origin: {xyz: [1.0,", f"child: r, axis: z, origin: {{xyz: [{1.0 + off},"
+    )
+    machine = Robot(parse_description(text, file="flat.yaml"))
+    torque = machine.inverse_dynamics(machine.close([u]), [0.0])[0]
+    expected = GRAVITY * np.cos(u) * (0.2 + 2 * 0.4 + 0.2)
+    assert torque == pytest.approx(expected, abs=1e-3)  # bars are off by some 1e-5 m
+
+
+OPEN = """\
+format: 1
+name: open
+links: {base: {}, a: {mass: 1}, b: {mass: 1}, c: {mass: 1}}
+joints:
+  qa: {type: revolute, parent: base, child: a, axis: y}
+  qb: {type: revolute, parent: a, child: b, axis: y, origin: {xyz: [0.2, 0, 0]}}
+  qc: {type: revolute, parent: base, child: c, axis: y, origin: {xyz: [0.45, 0, 0]}}
+closures: {l: {kind: planar, between: {b: [0.5, 0, 0], c: [0.4, 0, 0]}}}
+active: [qa, qb, qc]
+active_set: motors
+end_effector: {link: b}
+"""
+
+
+def test_what_is_drawn_open_closes_with_the_first_joint_where_it_is() -> None:
+    """A triangle of 0.25, 0.5 and 0.4 m beside the crank, and a note of it."""
+    machine = Robot(parse_description(OPEN, file="open.yaml"))
+    assert machine.active == ("qa",)
+    assert machine.reference[0] == pytest.approx(0.0, abs=1e-12)
+    assert any("open as the file draws them" in note for note in machine.description.notes)
+    qb = machine.close([0.0]).z[0]
+    assert np.cos(qb) == pytest.approx((0.25**2 + 0.5**2 - 0.4**2) / (2 * 0.25 * 0.5), abs=1e-9)
+
+
+UPRIGHT = """\
+format: 1
+name: upright
+links: {base: {}, a: {mass: 1}, b: {mass: 1}, c: {mass: 1}}
+joints:
+  qa: {type: revolute, parent: base, child: a, axis: y, origin: {rpy: [0, -pi/2, 0]}}
+  qb: {type: revolute, parent: a, child: b, axis: y, origin: {xyz: [0.2, 0, 0], rpy: [0, pi/2, 0]}}
+  qc: {type: revolute, parent: base, child: c, axis: y,
+    origin: {xyz: [0.3, 0, 0], rpy: [0, -pi/2, 0]}}
+closures: {c1: {kind: planar, between: {b: [0.3, 0, 0], c: [0.2, 0, 0]}}}
+active: [qa]
+end_effector: {link: b}
+reference: {qa: 0, qb: 0, qc: 0}
+"""
+
+
+def test_a_change_point_ends_no_range() -> None:
+    """The loop closes on both sides of it."""
+    machine = Robot(parse_description(UPRIGHT, file="upright.yaml"))
+    assert not np.isfinite(machine.closing_range).any()

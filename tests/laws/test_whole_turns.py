@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core.simulation import simulate
+from tests.mechanisms import mechanism
 from tests.sampling import examples
 from tests.turning import Turning, turning_linkages
 
@@ -28,9 +29,9 @@ def test_a_path_is_that_of_the_circles_turn_after_turn(
     robot = linkage.robot(seed)
     u = motion(linkage, way)
     state = robot.close_path(u)
-    expected = linkage.passive(u[:, 0])
-    expected[:, 1] += state.s[0, 2] - expected[0, 1]  # the turn it begins with
     order = [robot.coordinates.index(name) for name in "bcg"]
+    expected = linkage.passive(u[:, 0], state.s[0, order[0]])
+    expected[:, 1] += state.s[0, order[1]] - expected[0, 1]  # the turn it begins with
     np.testing.assert_allclose(state.s[:, order], expected, atol=CLOSED)
     reference = robot.close(robot.reference).s
     for name, turns in state.turns.items():
@@ -44,8 +45,9 @@ def test_a_path_is_that_of_the_circles_turn_after_turn(
 def test_springs_see_the_turns(linkage: Turning, seed: int) -> None:
     robot = linkage.robot(seed)
     u = motion(linkage)
-    torque = robot.inverse_dynamics(robot.close_path(u), np.zeros_like(u))[:, 0]
-    expected = linkage.torque(u[:, 0])
+    path = robot.close_path(u)
+    torque = robot.inverse_dynamics(path, np.zeros_like(u))[:, 0]
+    expected = linkage.torque(u[:, 0], path.s[0, robot.coordinates.index("b")])
     scale = 1.0 + np.abs(expected).max()
     # central differences: 1e-10 of the scale of the third derivative
     np.testing.assert_allclose(torque, expected, atol=1e-6 * scale)
@@ -92,3 +94,25 @@ def test_energy_is_constant_while_springs_wind_up(linkage: Turning, speed: float
     result = simulate(robot, [linkage.start], [speed], None, (0.0, 1.5))
     assert result.completed
     assert result.relative_energy_error < 1e-6  # of tolerances of 1e-9 a step
+
+
+@examples(12)
+@given(turning_linkages(), st.integers(20, 60))
+def test_a_far_way_is_followed_to_its_end(linkage: Turning, turns: int) -> None:
+    robot = linkage.robot()
+    start = robot.close([linkage.start])
+    far = robot.close([linkage.start + 2.0 * np.pi * turns], near=start)
+    went = [abs(count) for name, count in far.turns.items() if name == "b"]
+    assert went[0] in (0, turns)
+
+
+def test_turns_of_a_crank_lead_an_iteration_to_the_same_places() -> None:
+    """Three legs hold a plate: no closed form, and the crank has turned many times."""
+    robot = mechanism("three_rrr")
+    place = robot.close(robot.reference)
+    for turns in (1, 11, 300, -40):
+        u = np.array(robot.reference)
+        u[0] += 2.0 * np.pi * turns
+        state = robot.close(u)
+        np.testing.assert_allclose(state.u, u)
+        np.testing.assert_allclose(state.z, place.z, atol=1e-9)

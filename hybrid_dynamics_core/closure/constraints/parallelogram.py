@@ -19,6 +19,7 @@ from .angle_sum import AngleSum, Turns
 from .planar import PlanarGeometry, PlanarJoint, PlanarPin
 
 EQUAL = 1e-9  # relative difference up to which two bars count as equal, two pivots as one
+NO_BAR = 1e-6  # share of the loop's length below which two pivots are one but for rounding
 PARALLELOGRAM = "parallelogram"
 
 
@@ -41,7 +42,7 @@ def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
     """
     if not all(joint.revolute for joint in pin.geometry.joints):
         raise ValueError("a parallelogram has revolute joints only")
-    least = EQUAL * pin.length
+    least = NO_BAR * pin.length
     bars = [side for side in _sides(pin.geometry) if side.length > least]
     if len(bars) != 4:
         raise ValueError(f"it has {len(bars)} bars, not four")

@@ -14,7 +14,8 @@ from ..document import Document, KeyPath
 from ..model import Joint, Loop, RobotDescription
 
 _ROLES = ("base", "arm", "k1", "k2")
-_SAME_AXIS = 1e-9  # sine of the angle between two axes, and their distance [m], from rounding
+_SAME_DIRECTION = 1e-4  # [rad] between two axes, from numbers with few digits
+_SAME_LINE = 1e-5  # [m] between them
 
 
 class _LoopType(NamedTuple):
@@ -172,5 +173,5 @@ def _share_pivot(one: Joint, other: Joint) -> bool:
     axis = one.rotation @ one.axis
     skew = np.cross(axis, other.rotation @ other.axis)
     distance = np.cross(axis, one.translation - other.translation)
-    is_parallel = np.linalg.norm(skew) < _SAME_AXIS
-    return bool(is_parallel and np.linalg.norm(distance) < _SAME_AXIS)
+    is_parallel = np.linalg.norm(skew) < _SAME_DIRECTION
+    return bool(is_parallel and np.linalg.norm(distance) < _SAME_LINE)

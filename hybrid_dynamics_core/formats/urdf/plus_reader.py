@@ -126,10 +126,10 @@ class _PlusReader:
     def add_coupling(self, element: LocatedElement) -> None:
         """Read ratio * (sum of the predecessor) = (sum of the successor) as a follower."""
         name = self.xml.name(element, "couplings")
-        ratio = 1.0
         ratio_element = element.first("ratio")
-        if ratio_element is not None:
-            ratio = self.xml.number(ratio_element, "value", ("couplings", name, "ratio"))
+        if ratio_element is None:
+            raise self.xml.error_at(element, "has no <ratio value=...>")
+        ratio = self.xml.number(ratio_element, "value", ("couplings", name, "ratio"))
         predecessor, successor = (self.end(element, tag).get("link") for tag in _ENDS)
         if predecessor == successor:
             raise self.xml.error_at(element, "has both ends on one link")

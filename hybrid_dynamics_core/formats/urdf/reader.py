@@ -166,7 +166,7 @@ class _UrdfReader:
             inertia_path = (*path, "inertia")
             tensor: Data = {}
             for key in _INERTIA_KEYS:
-                tensor[key] = self.xml.number(inertia, f"i{key}", inertia_path, 0.0)
+                tensor[key] = self.xml.number(inertia, f"i{key}", inertia_path)
             tensor["frame"] = {"rpy": origin["rpy"]}
             entry["inertia"] = tensor
         return entry
