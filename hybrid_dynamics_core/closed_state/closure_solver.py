@@ -84,8 +84,8 @@ class ClosureSolver:
         if not self.iterates:
             return self._run(u, du, signs, self._reference)
         # the way from the reference is a turn at most: further turns lead to the same places
-        turned = self._turns.nearest_given(u, self._reference[self.given])
-        values, codes = self._close_from(turned, du, signs, self.reference(signs))
+        within_a_turn = self._turns.nearest_given(u, self._reference[self.given])
+        values, codes = self._close_from(within_a_turn, du, signs, self.reference(signs))
         nearest = self._turns.nearest(values["s"], self._reference)
         nearest[..., self.given] = u
         if np.array_equal(nearest, values["s"], equal_nan=True):
