@@ -69,6 +69,7 @@ def _free(model: Model) -> Mask:
 
 
 def _given_free(model: Model) -> Mask:
-    counted = frozenset().union(*(block.counted_turns for block in model.plan.blocks))
-    free = [model.tree.is_revolute(k) and k not in counted for k in model.plan.given]
+    """Given angles whose whole turns lead to the same places: none where a gear counts any turn."""
+    counts = any(block.counted_turns for block in model.plan.blocks)
+    free = [model.tree.is_revolute(k) and not counts for k in model.plan.given]
     return np.array(free, dtype=bool)

@@ -24,6 +24,7 @@ from .transmissions import Drives
 from .words import WordCheck
 
 _INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
+_PRODUCTS = ("xy", "xz", "yz")
 _MAX_LISTED = 8  # links in a message
 
 
@@ -166,7 +167,13 @@ class _UrdfReader:
             inertia_path = (*path, "inertia")
             tensor: Data = {}
             for key in _INERTIA_KEYS:
-                tensor[key] = self.xml.number(inertia, f"i{key}", inertia_path)
+                default = None
+                if key in _PRODUCTS:
+                    default = 0.0
+                tensor[key] = self.xml.number(inertia, f"i{key}", inertia_path, default)
+            missing = [f"i{key}" for key in _PRODUCTS if not inertia.get(f"i{key}")]
+            if missing:
+                self.xml.note(inertia, f"<inertia> has no {', '.join(missing)}; taken: 0")
             tensor["frame"] = {"rpy": origin["rpy"]}
             entry["inertia"] = tensor
         return entry
