@@ -149,6 +149,7 @@ def test_every_link_is_in_balance(name: str) -> None:
 
 @examples(5)
 @given(case=robots(), seed=STATES)
+@pytest.mark.sweep(sample="test_every_link_is_in_balance")
 def test_reactions_of_random_robots_balance_every_link_do_no_work_and_leave_passive_joints_free(
     case: Case, seed: int
 ) -> None:

@@ -340,6 +340,7 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
     assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
 
 
+@pytest.mark.sweep(sample="test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples")
 def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_missing(
     forging, tmp_path
 ):
@@ -441,6 +442,7 @@ def test_a_bag_that_only_names_a_robot_of_its_own_asks_for_the_file(forging, tmp
     )
 
 
+@pytest.mark.sweep(sample="test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples")
 def test_many_bags_give_the_same_in_processes_and_a_failed_one_is_told(forging, tmp_path):
     (tmp_path / "night").mkdir()
     for k in range(2):

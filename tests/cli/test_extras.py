@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from tests.sampling import swept
+
 WITHOUT = """
 import sys
 sys.modules[{module!r}] = None
@@ -18,14 +20,21 @@ main()
 
 @pytest.mark.parametrize(
     ("module", "arguments", "words"),
-    [
-        ("click", ["--help"], "pip install click"),
-        ("rosbags", ["bag", "--help"], "hybrid-dynamics-ros[bag]"),
-        ("rosbags", ["bag", "report", "results"], "hybrid-dynamics-ros[bag]"),
-        ("viser", ["view", "five_bar"], "pip install viser"),
-        ("rosbags", ["view", "five_bar", "--bag", "."], "hybrid-dynamics-ros[bag]"),
-        ("matplotlib", ["check", "five_bar", "--draw", "five_bar.png"], "pip install matplotlib"),
-    ],
+    swept(
+        [
+            ("click", ["--help"], "pip install click"),
+            ("rosbags", ["bag", "--help"], "hybrid-dynamics-ros[bag]"),
+            ("rosbags", ["bag", "report", "results"], "hybrid-dynamics-ros[bag]"),
+            ("viser", ["view", "five_bar"], "pip install viser"),
+            ("rosbags", ["view", "five_bar", "--bag", "."], "hybrid-dynamics-ros[bag]"),
+            (
+                "matplotlib",
+                ["check", "five_bar", "--draw", "five_bar.png"],
+                "pip install matplotlib",
+            ),
+        ],
+        ("click", "viser"),
+    ),
 )
 def test_what_is_missing_is_named(module: str, arguments: list[str], words: str) -> None:
     code = WITHOUT.format(module=module, arguments=arguments)

@@ -14,7 +14,7 @@ from tests.generated.robots import STATES, examples, robots
 from tests.turning import Turning, turning_linkages
 
 
-@examples(30)
+@examples(6)
 @given(robots(), STATES)
 def test_the_place_of_a_state_is_reached_or_not_found(case: Case, seed: int) -> None:
     robot = case.robot
@@ -31,7 +31,7 @@ def test_the_place_of_a_state_is_reached_or_not_found(case: Case, seed: int) -> 
     assert robot.inverse_kinematics(pose.position, near=state).status is IKStatus.SOLVED
 
 
-@examples(20)
+@examples(12)
 @given(turning_linkages(), st.floats(-3.0, 3.0), st.floats(0.3, 3.0), st.integers(0, 9))
 def test_the_nearest_place_is_that_of_a_global_search(
     linkage: Turning, angle: float, far: float, seed: int

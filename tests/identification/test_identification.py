@@ -49,7 +49,7 @@ def is_physical(values: np.ndarray) -> bool:
     return bool(np.linalg.eigvalsh(pseudo_inertia(values))[0] > 0.0)
 
 
-@pytest.mark.parametrize("name", swept(ROBOTS))
+@pytest.mark.parametrize("name", swept(ROBOTS, ("delta", "forging_chu2020")))
 class TestBaseParameters:
     def test_they_give_tau_like_all_parameters(self, name: str) -> None:
         """On states and for parameters they were not found with."""
@@ -143,6 +143,7 @@ class TestEstimate:
         assert result.estimate == pytest.approx(expected, abs=rounding)
         assert (result.explained > 1 - 1e-12).all()
 
+    @pytest.mark.sweep(sample="test_from_a_simulated_log")
     def test_intervals_hold_the_truth_as_often_as_they_say(self, forging: Robot) -> None:
         """51 base parameters, 6 data sets: 95 % of 306 intervals, give or take four deviations."""
         held = []

@@ -233,6 +233,7 @@ print(k.inverse_dynamics(np.tile(u, (9, 1)), u, u)[8].tobytes().hex())
 """
 
 
+@pytest.mark.sweep(sample="test_a_second_start_needs_no_tracing")
 def test_many_processes_may_start_at_once(folder: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", ONE_PROCESS]

@@ -118,6 +118,7 @@ def files_below(folder: Path) -> set[Path]:
     return files
 
 
+@pytest.mark.sweep(sample="test_the_sdist_of_the_interfaces_holds_what_its_build_reads")
 def test_the_wheel_holds_every_file_of_its_packages(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for package in ("hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros"):
@@ -133,12 +134,14 @@ def test_the_wheel_holds_every_file_of_its_packages(wheel: Path) -> None:
     assert any(name.endswith("licenses/LICENSE") for name in names)
 
 
+@pytest.mark.sweep(sample="test_the_sdist_of_the_interfaces_holds_what_its_build_reads")
 def test_what_is_installed_checks_a_shipped_robot(machine: Path) -> None:
     pytest.importorskip("click")
     output = run(machine, "hybrid-dynamics", "check", "forging_chu2020")
     assert "forging_chu2020" in output
 
 
+@pytest.mark.sweep(sample="test_the_sdist_of_the_interfaces_holds_what_its_build_reads")
 def test_what_is_installed_loads_closes_and_computes(machine: Path) -> None:
     code = """
 import numpy as np
