@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -149,13 +149,26 @@ class RobotModel:
     def limits(self) -> Array:
         """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
 
-        They are the limits of the description, narrowed to the `closing_range`.
+        They are the limits of the description, narrowed to the `closing_range`, and to the limits
+        of joints that follow this one alone.
         """
         limits = [self.description.joints[name].limits for name in self.active]
-        lower, upper = np.array(limits).T
-        closes_from, closes_to = self.closing_range.T
-        narrowed = [np.maximum(lower, closes_from), np.minimum(upper, closes_to)]
-        return frozen(np.stack(narrowed, axis=1))
+        ranges = [np.array(limits), self.closing_range, *self._limits_of_followers()]
+        lower = np.max([one[:, 0] for one in ranges], axis=0)
+        upper = np.min([one[:, 1] for one in ranges], axis=0)
+        return frozen(np.stack([lower, upper], axis=1))
+
+    def _limits_of_followers(self) -> Iterator[Array]:
+        """What the limits of each joint that follows one active joint leave (n, 2) [rad, m]."""
+        for name, mimic in self.description.mimics.items():
+            followed = [joint for joint in mimic.multipliers if mimic.multipliers[joint]]
+            if len(followed) != 1 or followed[0] not in self.active:
+                continue
+            ends = np.array(self.description.joints[name].limits)
+            at_ends = (ends - mimic.offset) / mimic.multipliers[followed[0]]
+            limits = np.tile([-np.inf, np.inf], (len(self.active), 1))
+            limits[self.active.index(followed[0])] = sorted(at_ends.tolist())
+            yield limits
 
     @lazy
     def effort_limits(self) -> Array:

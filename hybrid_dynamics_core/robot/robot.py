@@ -132,7 +132,8 @@ class Robot:
     def limits(self) -> Array:
         """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
 
-        They are the limits of the description, narrowed to the `closing_range`.
+        They are the limits of the description, narrowed to the `closing_range`, and to the limits
+        of joints that follow this one alone.
         """
         return self._model.limits
 

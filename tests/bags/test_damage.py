@@ -267,6 +267,7 @@ def test_wrong_bags_are_told_in_words(forging, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["in", "out"]
 
 
+@pytest.mark.sweep(sample="test_an_interruption_leaves_what_was_there")
 def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
     write_trajectory(tmp_path / "in", simulated(forging, 60.0, 3000.0), INPUT, {})
     command = ["bag", "process", "in", "out", "--robot", "forging_chu2020"]

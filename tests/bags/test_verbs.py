@@ -243,6 +243,7 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
     assert f"the signs of {len(found.undetermined)} are not known" in said
 
 
+@pytest.mark.sweep(sample="test_identification_finds_base_parameters_within_its_confidence")
 def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
     output(
         "make",
@@ -366,6 +367,7 @@ def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_mis
     assert re.search(r"<td>q12</td><td>N</td><td class=n>", page)
 
 
+@pytest.mark.sweep(sample="test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples")
 def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_perfect(
     forging, tmp_path
 ):
@@ -388,6 +390,7 @@ def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_pe
     ).all()  # exact rates at 200 Hz: the lag was all that the model left
 
 
+@pytest.mark.sweep(sample="test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples")
 def test_a_processed_bag_is_reported_with_the_rates_that_it_was_made_with(forging, tmp_path):
     source = bag(tmp_path / "in", recorded(forging, 60))
     for smooth in ("causal", "savgol"):

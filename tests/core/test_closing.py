@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import ClosedState, ClosureError, InputError, Robot
+from hybrid_dynamics_core import ClosedState, ClosureError, IKStatus, InputError, Robot
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import robot
 from tests.sampling import swept
@@ -233,3 +233,25 @@ def test_rows_on_different_modes_are_followed_as_each_alone(name: str) -> None:
             np.testing.assert_allclose(batch.s[k], alone.s, atol=1e-9, equal_nan=True)
             reached += alone.status == 0
     assert reached > len(modes)
+
+
+FOLLOWED = """\
+format: 1
+name: followed
+links: {base: {}, a: {mass: 1, com: [0.5, 0, 0]}, b: {mass: 1, com: [0.5, 0, 0]}}
+joints:
+  q: {type: revolute, parent: base, child: a, axis: y, limits: [-2, 2]}
+  f: {type: revolute, parent: a, child: b, axis: y, origin: {xyz: [1, 0, 0]}, limits: [-1, 1.5],
+    mimic: {joint: q, multiplier: -2, offset: 0.1}}
+active: [q]
+end_effector: {link: b, xyz: [1, 0, 0]}
+"""
+
+
+def test_limits_of_a_joint_that_follows_are_limits_of_the_one_it_follows() -> None:
+    machine = Robot(parse_description(FOLLOWED, file="followed.yaml"))
+    np.testing.assert_allclose(machine.limits, [[-0.7, 0.55]])  # f = 0.1 - 2 q, by hand
+    target = machine.forward_kinematics(machine.close([0.6])).position
+    result = machine.inverse_kinematics(target)
+    assert result.status is IKStatus.LIMIT
+    assert "q (0.6 rad, limit 0.55 rad)" in result.message

@@ -15,6 +15,7 @@ from hybrid_dynamics_ros.demo.judge.results import read_results
 from hybrid_dynamics_ros.demo.play.recording import shipped_messages
 from hybrid_dynamics_ros.demo.topics import INPUT
 from hybrid_dynamics_ros.demo.trajectory import paper_trajectory
+from tests.sampling import swept
 
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE = 120.0  # [s], for 7 s on an idle machine
@@ -120,7 +121,7 @@ def test_efforts_states_and_poses_are_those_of_the_model(received, robot):
     assert received.pose.frame == robot.base_frame
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", swept([signal.SIGINT, signal.SIGTERM], [signal.SIGINT]))
 def test_a_signal_while_messages_flow_ends_all_processes_and_leaves_no_bag(number, tmp_path):
     process = start("--rate", "0.5", "--output", str(tmp_path))
     for text in process.stdout:

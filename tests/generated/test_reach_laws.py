@@ -10,12 +10,13 @@ from scipy.optimize import differential_evolution
 from hybrid_dynamics_core import IKStatus
 from hybrid_dynamics_core.kinematics.farthest import farthest_reach
 from tests.generated.case import Case
-from tests.generated.robots import STATES, examples, robots
+from tests.generated.class_three import class_three
+from tests.generated.robots import STATES, examples
 from tests.turning import Turning, turning_linkages
 
 
 @examples(6)
-@given(robots(), STATES)
+@given(class_three(max_links=4, max_loops=3), STATES)
 def test_the_place_of_a_state_is_reached_or_not_found(case: Case, seed: int) -> None:
     robot = case.robot
     near = robot.close(case.start[: case.n])

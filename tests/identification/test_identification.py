@@ -143,7 +143,7 @@ class TestEstimate:
         assert result.estimate == pytest.approx(expected, abs=rounding)
         assert (result.explained > 1 - 1e-12).all()
 
-    @pytest.mark.sweep(sample="test_from_a_simulated_log")
+    @pytest.mark.sweep(sample="test_without_noise_the_truth_comes_back")
     def test_intervals_hold_the_truth_as_often_as_they_say(self, forging: Robot) -> None:
         """51 base parameters, 6 data sets: 95 % of 306 intervals, give or take four deviations."""
         held = []
@@ -185,6 +185,7 @@ class TestEstimate:
         assert low < 500.0 < high
         assert len(table) == result.base.size
 
+    @pytest.mark.sweep(sample="test_without_noise_the_truth_comes_back")
     def test_from_a_simulated_log(self) -> None:
         """An excavator under computed torque with friction, logged at 100 Hz with noise."""
         excavator = load("excavator")

@@ -72,6 +72,9 @@ def test_a_flood_of_calls_is_answered_busy_beyond_the_queue_and_the_node_goes_on
     assert node.stop() == 0
 
 
+@pytest.mark.sweep(
+    sample="test_the_stream_loses_nothing_while_a_target_out_of_reach_is_sought_all_the_time"
+)
 def test_clients_that_vanish_leave_the_others_their_answers(start_node, connect):
     node = start_node()
     client = connect()
