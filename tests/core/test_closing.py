@@ -251,7 +251,7 @@ end_effector: {link: b, xyz: [1, 0, 0]}
 def test_limits_of_a_joint_that_follows_are_limits_of_the_one_it_follows() -> None:
     machine = Robot(parse_description(FOLLOWED, file="followed.yaml"))
     np.testing.assert_allclose(machine.limits, [[-0.7, 0.55]])  # f = 0.1 - 2 q, by hand
-    target = machine.forward_kinematics(machine.close([0.6])).position
-    result = machine.inverse_kinematics(target)
-    assert result.status is IKStatus.LIMIT
+    pose = machine.forward_kinematics(machine.close([0.6]))  # as a pose: a place has two ways
+    result = machine.inverse_kinematics(pose)
+    assert result.status is IKStatus.LIMIT, result.message
     assert "q (0.6 rad, limit 0.55 rad)" in result.message
