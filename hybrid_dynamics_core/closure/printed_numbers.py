@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -17,6 +17,7 @@ from .constraints.parallelogram import EQUAL, PARALLELOGRAM
 from .constraints.planar_loops import APART
 from .constraints.plane import PARALLEL, ROUNDED
 
+EXACT = 1e-14  # [rad] a smaller turn is the rounding of numbers
 SHOWN = 1e-8  # [rad] a smaller turn is not noted: it is the rounding of many digits
 
 
@@ -29,19 +30,43 @@ def snapped(robot: RobotDescription) -> RobotDescription:
     Args:
         robot: a description; not changed.
     """
-    settled: set[str] = set()
-    for name in [closure.name for closure in robot.closures]:
+    names = [closure.name for closure in robot.closures]
+    loops = [loop for loop in (_Loop(robot, name) for name in names) if loop.is_near_plane]
+    turned: dict[str, str] = {}  # the loop of each joint that was turned
+    settled = robot
+    for group in _groups(loops):
+        if any(loop.tilt(loop.normal) > PARALLEL for loop in group):
+            settled = _with_joints_in_plane(settled, group, turned)
+    notes = _notes_of_turns(robot, settled, turned)
+    robot = replace(settled, notes=(*robot.notes, *notes))
+    for name in [loop.closure.name for loop in loops]:
         loop = _Loop(robot, name)
-        normal = loop.normal(settled)
-        if normal is None:
-            continue
-        if loop.tilt(normal) > PARALLEL:
-            robot = _with_joints_in_plane(robot, loop, normal)
-            loop = _Loop(robot, name)
-        robot = _with_ends_in_plane(robot, loop, normal)
-        robot = _with_equal_bars(robot, _Loop(robot, name), normal)
-        settled |= set(loop.joints)
+        robot = _with_ends_in_plane(robot, loop, loop.normal)
+        robot = _with_equal_bars(robot, _Loop(robot, name), loop.normal)
     return robot
+
+
+def _groups(loops: Sequence[_Loop]) -> list[list[_Loop]]:
+    """Loops that share hinges, and so their plane, together."""
+    groups: list[list[_Loop]] = []
+    for loop in loops:
+        hinges = set(loop.hinges)
+        sharing = [group for group in groups if any(hinges & set(one.hinges) for one in group)]
+        merged = [one for group in sharing for one in group]
+        groups = [group for group in groups if group not in sharing]
+        groups.append([*merged, loop])
+    return groups
+
+
+def _notes_of_turns(
+    drawn: RobotDescription, robot: RobotDescription, turned: Mapping[str, str]
+) -> Iterator[str]:
+    """What joints were turned by, each once."""
+    for name, loop in turned.items():
+        change = robot.joints[name].rotation - drawn.joints[name].rotation
+        tilt = norm(change) / np.sqrt(2.0)  # of a small turn
+        text = f"turned by {tilt:.2g} rad, into the plane of loop '{loop}'"
+        yield from _notes(drawn, f"joints.{name}.origin", text, tilt)
 
 
 class _Loop:
@@ -100,20 +125,22 @@ class _Loop:
         axis: Array = self.rotations[joint] @ self.robot.joints[joint].axis
         return axis
 
-    def normal(self, settled: set[str]) -> Array | None:
-        """The axis that all hinges are nearly parallel to; None where they are not.
+    @property
+    def hinges(self) -> list[str]:
+        """Names of its revolute joints."""
+        return [name for name in self.joints if self.robot.joints[name].type == "revolute"]
 
-        Args:
-            settled: joints that are in the plane of another loop and stay there.
-        """
-        hinges = [name for name in self.joints if self.robot.joints[name].type == "revolute"]
-        first = [name for name in hinges if name in settled] or hinges
-        if not first:
-            return None
-        normal = self.axis(first[0])
-        if self.tilt(normal) > ROUNDED:
-            return None
-        return normal
+    @property
+    def normal(self) -> Array:
+        """Axis (3,) of its first hinge; zero where it has none."""
+        if not self.hinges:
+            return np.zeros(3)
+        return self.axis(self.hinges[0])
+
+    @property
+    def is_near_plane(self) -> bool:
+        """Whether it is planar but for the digits of numbers."""
+        return bool(self.hinges) and self.tilt(self.normal) <= ROUNDED
 
     def tilt(self, normal: Array) -> float:
         """Largest angle [rad] that a joint is off the plane of this normal."""
@@ -138,24 +165,33 @@ def in_plane(joint: Joint, axis: Array, normal: Array) -> Array:
     return result
 
 
-def _with_joints_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
-    """The description with the axes of a loop's joints turned into the plane."""
+def _with_joints_in_plane(
+    robot: RobotDescription, loops: Sequence[_Loop], turned: dict[str, str]
+) -> RobotDescription:
+    """The description with the joints of some loops, which share hinges, turned into one plane.
+
+    Joints are turned from the base outward, since each carries what hangs on it.
+    """
+    loop_of = {name: loop.closure.name for loop in reversed(loops) for name in loop.joints}
     joints = dict(robot.joints)
-    notes: list[str] = []
-    for path in loop.paths:
-        carrier = np.eye(3)
-        for name in path:
-            joint = joints[name]
-            rotation = carrier @ joint.rotation
+    frames = {robot.base: np.eye(3)}  # of the links at zero, in base axes
+    tree = build_tree(robot)
+    first = next(k for k, one in enumerate(tree.bodies) if one.joint in loop_of and one.is_revolute)
+    rotation, _ = tree.zero_pose(first)
+    normal = rotation @ np.array(tree.bodies[first].axis)
+    for body in tree.bodies:
+        joint = joints[body.joint]
+        parent = frames[joint.parent]
+        rotation = parent @ joint.rotation
+        if joint.name in loop_of:
             axis = rotation @ joint.axis
             target = in_plane(joint, axis, normal)
-            turned = _turn(axis, target) @ rotation
-            joints[name] = replace(joint, rotation=frozen(carrier.T @ turned))
-            carrier = turned
-            tilt = norm(axis - target)
-            text = f"turned by {tilt:.2g} rad, into the plane of loop '{loop.closure.name}'"
-            notes += _notes(robot, f"joints.{name}.origin", text, tilt)
-    return replace(robot, joints=joints, notes=(*robot.notes, *notes))
+            if norm(axis - target) > EXACT:
+                rotation = _turn(axis, target) @ rotation
+                joints[joint.name] = replace(joint, rotation=frozen(parent.T @ rotation))
+                turned.setdefault(joint.name, loop_of[joint.name])
+        frames[joint.child] = rotation
+    return replace(robot, joints=joints)
 
 
 def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:

@@ -37,7 +37,7 @@ def test_axes_off_by_rounding_are_turned_into_the_plane(name: str, size: float) 
     rounded = Robot(tilted(exact.description, size, 3))
     state, other = exact.close(exact.reference), rounded.close(rounded.reference)
     efforts = exact.inverse_dynamics(state, np.zeros(exact.close(exact.reference).n))
-    scale = np.abs(efforts).max()
+    scale = max(np.abs(efforts).max(), 1.0)
     off = rounded.inverse_dynamics(other, np.zeros(other.n)) - efforts
     # a chain of ten joints, each off by the size and with levers of some metres
     assert np.abs(off).max() < 200.0 * size * scale

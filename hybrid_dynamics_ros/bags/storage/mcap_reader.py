@@ -42,7 +42,14 @@ from .storage import Losses, Messages, Topic, decompress_each
 
 _MAX_LOOSE: Final = 4096  # messages outside chunks that make a segment together
 _BROKEN_RECORD: Final = (struct.error, UnicodeDecodeError, IndexError)
-_BROKEN_CHUNK: Final = (*ZSTD_ERRORS, struct.error, UnicodeDecodeError, RuntimeError, ValueError)
+_BROKEN_CHUNK: Final = (
+    *ZSTD_ERRORS,
+    struct.error,
+    IndexError,
+    UnicodeDecodeError,
+    RuntimeError,
+    ValueError,
+)
 
 
 @dataclass(frozen=True)
