@@ -33,7 +33,6 @@ from ..writing import (
     read_by,
 )
 
-OF_WHAT = "of the energy exchanged"
 WEIGHT = "weight"
 SECONDS = QuantityRange("s", above=True)
 FREQUENCY = QuantityRange("1/s", above=True)
@@ -154,7 +153,7 @@ def text(machine: Robot, result: Simulation) -> str:
         end = float(result.u[-1, k])
         rate = float(result.du[-1, k])
         rows.append([name, start, end, coordinate_unit(kind), rate, coordinate_unit(kind, "/s")])
-    energy_error = f"energy error {number(result.relative_energy_error)} {OF_WHAT}"
+    energy_error = f"energy error {number(result.relative_energy_error)} of the energy that moves"
     lines = [table(["active joint", "start", "end", "unit", "rate at the end", "unit"], rows)]
     lines += _event_lines(result)
     lines.append(f"{energy_error}, loop error {number(result.residual)}")

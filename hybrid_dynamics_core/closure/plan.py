@@ -78,7 +78,10 @@ def build_plan(
     configuration = given_configuration(tree, {k: guess[k] for k in given})
     if any(block.iterates for block in blocks):
         guess = _closed_guess(tree, loops, guess, unknowns)
-    branch = [choose_branch(robot, block, context, configuration, guess) for block in blocks]
+    # each block is solved into `configuration` too, for the blocks after it
+    branch: list[float] = []
+    for block in blocks:
+        branch.append(choose_branch(robot, block, context, configuration, guess))  # noqa: PERF401
     _require_closed(tree, robot, loops, configuration)
     measure(_all_loops(loops, blocks), configuration)
     # another reference than the file's has a note of its own

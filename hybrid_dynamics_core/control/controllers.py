@@ -53,7 +53,9 @@ class GravityCompensation:
 
 @dataclass(frozen=True, eq=False)
 class ComputedTorque:
-    """Follows a trajectory so that each error e = u_d - u obeys e'' + kd e' + kp e = 0.
+    """Follows a trajectory so that errors e = u_d - u obey e'' + kd e' + kp e = 0.
+
+    That holds where the model is exact and every active coordinate is driven.
 
     tau = ID(u, u', u_d'' + kd e' + kp e). A gain kd = 2 sqrt(kp) does not overshoot.
 

@@ -23,7 +23,7 @@ NO_EFFECT = 1e-12  # a column shorter than this share of the longest has no effe
 # of random states, fast enough to show every product of rates
 RATE = 3.0  # [rad/s or m/s]
 ACCELERATION = 10.0  # [rad/s^2 or m/s^2]
-SHOWN = 1e-9  # coefficient below which a term is left out of a name
+SHOWN = 1e-9  # coefficients below this are zero in `combine`, and so absent from names
 
 
 @dataclass(frozen=True, eq=False)

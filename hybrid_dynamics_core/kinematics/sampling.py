@@ -143,8 +143,8 @@ def samples_about(
 ) -> Array:
     """Samples (M count, n) about each of the centres (M, n), within ranges.
 
-    Limits belong to the workspace, toggle points do not. So half of the samples that leave the
-    ranges go onto the edge, half back from it.
+    Samples that leave the ranges are brought back: every other one onto the edge, which may bound
+    the workspace, the others mirrored at it, to look for bounds inside, such as toggle points.
 
     Args:
         centres: active coordinates (M, n) [rad, m].

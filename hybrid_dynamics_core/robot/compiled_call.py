@@ -84,6 +84,7 @@ class CompiledCall:
         inputs = self._checked_inputs(values)
         outs = self._checked_outs(out, _rows(inputs["u"]))
         inputs = _apart(inputs, outs)
+        # the very object of the constants: the caller gave no guess
         is_reference = values["guess"] is self._constants["guess"]
         if is_reference and self._kernel.facts["iterates"]:
             state = self._closure.close(inputs["u"], check=check)
@@ -181,6 +182,7 @@ class CompiledCall:
         check: bool,
     ) -> None:
         """NaN in rows without an answer; with `check` an error for the first of them."""
+        # `_is_batch` let these through unchecked; this raises even without `check`
         for name in self._of_state:
             finite_vectors(name, inputs[name], self._active)
         for array in outs:
@@ -193,9 +195,10 @@ class CompiledCall:
         inputs: dict[str, Array],
         codes: Codes,
     ) -> None:
-        """Raise for the first row without an answer what the methods of the robot raise for it."""
+        """Raise for the first failed row, with the same error as the robot's own method."""
         u = inputs["u"]
         du = np.broadcast_to(inputs.get("du", 0.0), u.shape)
+        # both are called for what they raise; the last error is for what passes them
         state = self._closure.close(u, du)
         if self._explain is not None:
             others = [name for name in self._of_state if name not in ("u", "du")]

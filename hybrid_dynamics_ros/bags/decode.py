@@ -108,6 +108,8 @@ class Decoder:
         self, samples: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes
     ) -> None:
         """Decode messages of one layout: in bulk where it holds what is wanted, else one by one."""
+        # layout.starts: (first byte, count) of position, velocity, and effort or acceleration.
+        # A motion must have all three: one that lacks a part goes one by one and is refused there.
         targets = [samples.position]
         if layout.starts[1][1] or samples.acceleration is not None:
             targets.append(samples.velocity)

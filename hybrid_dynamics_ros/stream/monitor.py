@@ -72,7 +72,9 @@ class Monitor:
     def report(
         self, result: MotionResult | None, counts: Counts, now_ns: int, settings: NodeSettings
     ) -> list[StatusEntry]:
-        """How things are since the last report.
+        """How things are; the next report begins where this one ends.
+
+        Rate, rejections and latencies are since the last report, counts since the start.
 
         Args:
             result: of the newest input, or None.
