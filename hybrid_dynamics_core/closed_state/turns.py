@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.arrays import Array
-from ..mechanism.configuration import TURN
+from ..mechanism.configuration import TURN, with_turns
 from ..programs import Model
 
 Mask = NDArray[np.bool_]
@@ -30,8 +30,7 @@ class FreeTurns:
             s: coordinates (..., n_s) [rad, m].
             near: coordinates (n_s,) or (..., n_s) [rad, m].
         """
-        turns = np.rint((near - s) / TURN)
-        return s + np.where(self._free, turns * TURN, 0.0)
+        return np.where(self._free, with_turns(s, near), s)
 
     def nearest_given(self, u: Array, near: Array) -> Array:
         """Given coordinates with angles that no equation counts within half a turn of others.
@@ -40,8 +39,7 @@ class FreeTurns:
             u: given coordinates (..., n) [rad, m].
             near: given coordinates (n,) [rad, m].
         """
-        turns = np.rint((near - u) / TURN)
-        return u + np.where(self._given_free, turns * TURN, 0.0)
+        return np.where(self._given_free, with_turns(u, near), u)
 
     def along(self, s: Array, start: Array) -> Array:
         """The same places as one motion: each row is nearest to the row before.

@@ -13,7 +13,7 @@ from ..mechanism.configuration import given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
 from .constraints.equations import Equation, Linearised, LoopEquations, Row, coefficients, loops_of
-from .plan import ClosurePlan
+from .plan import ClosurePlan, all_loops
 
 
 class SolvedBlock:
@@ -131,7 +131,7 @@ class ClosedMotion:
         self.residuals: list[Scalar] = []
         self.guards: list[Scalar] = []
         linear: dict[LoopEquations, Linearised] = {}
-        for loop in _all_loops(plan):
+        for loop in all_loops(plan.loops, plan.blocks):
             linear[loop] = loop.linearise(self.configuration)
             self.residuals += linear[loop].residual
             self.guards += loop.guards(self.configuration)
@@ -199,11 +199,3 @@ class ClosedMotion:
     def distances(self) -> list[Scalar]:
         """Distance of each block to a singularity: 1 at best, 0 where it is singular."""
         return [block.distance(self._tree) for block in self.blocks]
-
-
-def _all_loops(plan: ClosurePlan) -> list[LoopEquations]:
-    """The loops of a plan, then those that only its blocks have."""
-    loops = list(plan.loops)
-    for block in plan.blocks:
-        loops += loops_of(block.equations)
-    return list(dict.fromkeys(loops))

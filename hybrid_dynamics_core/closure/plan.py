@@ -83,7 +83,7 @@ def build_plan(
     for block in blocks:
         branch.append(choose_branch(robot, block, context, configuration, guess))  # noqa: PERF401
     _require_closed(tree, robot, loops, configuration)
-    measure(_all_loops(loops, blocks), configuration)
+    measure(all_loops(loops, blocks), configuration)
     # another reference than the file's has a note of its own
     if of_active and robot.active_set == "exact":
         _require_limits(tree, robot, configuration)
@@ -97,10 +97,8 @@ def build_plan(
     )
 
 
-def _all_loops(
-    loops: Sequence[LoopEquations], blocks: Sequence[BlockSolver]
-) -> list[LoopEquations]:
-    """The loops, and those that blocks made for themselves."""
+def all_loops(loops: Sequence[LoopEquations], blocks: Sequence[BlockSolver]) -> list[LoopEquations]:
+    """The loops of a plan, then those that only its blocks have."""
     result = list(loops)
     for block in blocks:
         result += loops_of(block.equations)

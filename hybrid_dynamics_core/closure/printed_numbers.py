@@ -12,7 +12,7 @@ import numpy as np
 from ..algebra.independence import norm
 from ..description.model import Closure, Joint, RobotDescription
 from ..ground.arrays import Array, frozen
-from ..mechanism.tree import build_tree
+from ..mechanism.tree import Tree, build_tree
 from .constraints.parallelogram import EQUAL, PARALLELOGRAM
 from .constraints.planar_loops import APART
 from .constraints.plane import PARALLEL, ROUNDED
@@ -30,8 +30,9 @@ def snapped(robot: RobotDescription) -> RobotDescription:
     Args:
         robot: a description; not changed.
     """
-    names = [closure.name for closure in robot.closures]
-    loops = [loop for loop in (_Loop(robot, name) for name in names) if loop.is_near_plane]
+    tree = build_tree(robot)
+    every = [_Loop(robot, tree, closure.name) for closure in robot.closures]
+    loops = [loop for loop in every if loop.is_near_plane]
     turned: dict[str, str] = {}  # the loop of each joint that was turned
     settled = robot
     for group in _groups(loops):
@@ -39,10 +40,11 @@ def snapped(robot: RobotDescription) -> RobotDescription:
             settled = _with_joints_in_plane(settled, group, turned)
     notes = _notes_of_turns(robot, settled, turned)
     robot = replace(settled, notes=(*robot.notes, *notes))
+    tree = build_tree(robot)
     for name in [loop.closure.name for loop in loops]:
-        loop = _Loop(robot, name)
+        loop = _Loop(robot, tree, name)
         robot = _with_ends_in_plane(robot, loop, loop.normal)
-        robot = _with_equal_bars(robot, _Loop(robot, name), loop.normal)
+        robot = _with_equal_bars(robot, _Loop(robot, tree, name), loop.normal)
     return robot
 
 
@@ -80,10 +82,9 @@ class _Loop:
         ends: rotation (3, 3) and origin (3,) of the links at the ends.
     """
 
-    def __init__(self, robot: RobotDescription, name: str) -> None:
+    def __init__(self, robot: RobotDescription, tree: Tree, name: str) -> None:
         self.closure = next(closure for closure in robot.closures if closure.name == name)
         self.robot = robot
-        tree = build_tree(robot)
         a = tree.body_index(self.closure.link_a)
         b = tree.body_index(self.closure.link_b)
         path_a, path_b, ancestor = tree.branches(a, b)

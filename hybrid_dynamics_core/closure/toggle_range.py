@@ -14,7 +14,7 @@ from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
 from .closed_motion import SolvedBlock
-from .constraints.equations import Row
+from .constraints.equations import loops_of
 from .plan import ClosurePlan
 
 Flags = NDArray[np.bool_]
@@ -100,10 +100,8 @@ class ClosingSearch:
 
     def _distance(self, block: BlockSolver, margin: Scalar, configuration: Configuration) -> Scalar:
         """Distance of a solved block to a singularity: a range may end in singular places."""
-        rows: list[Row] = []
-        for equation in block.equations:
-            linear = equation.loop.linearise(configuration)
-            rows.append(linear.rows[equation.index])
+        linear = {loop: loop.linearise(configuration) for loop in loops_of(block.equations)}
+        rows = [linear[equation.loop].rows[equation.index] for equation in block.equations]
         return SolvedBlock(block, margin, rows).distance(self._tree)
 
     def interval(self, near: float) -> Range | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -95,8 +96,10 @@ def explain_failure(
             IKStatus.LIMIT,
             f"only beyond the limits of {joints} is it reached; {nearest} within them",
         )
-    cause = _cause(problem, descent, u)
-    if problem.is_exhaustive or _is_too_far(problem) or _unmoved_rows(problem, u):
+    moving = _moving_rows(problem)
+    unmoved = [row for row in _open_rows(problem.task, u) if row not in moving]
+    cause = _cause(problem, descent, moving, unmoved)
+    if problem.is_exhaustive or _is_too_far(problem) or unmoved:
         return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}{cause}"
     if descent.settled[best]:
         return IKStatus.NOT_FOUND, f"no solution was found, which is no proof: {nearest}{cause}"
@@ -195,10 +198,17 @@ def _exceeded_limits(problem: IKProblem, u: Array) -> str:
 # -- targets that cannot be met
 
 
-def _cause(problem: IKProblem, descent: Descent, u: Array) -> str:
-    """What of the target cannot be met; begins with a semicolon, or is empty."""
-    moving = _moving_rows(problem)
-    unmoved = _unmoved_rows(problem, u)
+def _cause(
+    problem: IKProblem, descent: Descent, moving: tuple[int, ...], unmoved: Sequence[int]
+) -> str:
+    """What of the target cannot be met; begins with a semicolon, or is empty.
+
+    Args:
+        problem: robot and target.
+        descent: where each start ended.
+        moving: which of the coordinates that count move with the active joints.
+        unmoved: which of them are not met, and moved by no active joint.
+    """
     if unmoved:
         axes = " or ".join(AXES[row] for row in unmoved)
         return f"; no active joint moves {axes}{_outcome_of_rows(problem, descent, moving)}"
@@ -222,12 +232,6 @@ def _is_too_far(problem: IKProblem) -> bool:
     rows = [row for row in problem.task.rows if row < 3]
     distance = _size(problem.task.position[rows]) if rows else 0.0
     return distance > farthest_reach(problem.robot) * (1.0 + NEGLIGIBLE)
-
-
-def _unmoved_rows(problem: IKProblem, u: Array) -> list[int]:
-    """Which of the coordinates that count are not met at u (n,), and moved by no active joint."""
-    moving = _moving_rows(problem)
-    return [row for row in _open_rows(problem.task, u) if row not in moving]
 
 
 def _outcome_of_rows(

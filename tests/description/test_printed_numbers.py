@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import DescriptionError, Robot, load
 from hybrid_dynamics_core.description.model import RobotDescription
 from hybrid_dynamics_core.ground.arrays import frozen
-from tests.generated.reframed import about, random_rotation, reframed
+from tests.generated.assembly import turn
+from tests.generated.reframed import random_rotation, reframed
 from tests.hard_cases.linkages import robot
 from tests.sampling import examples, swept
 
@@ -25,8 +26,8 @@ def tilted(description: RobotDescription, size: float, seed: int) -> RobotDescri
     joints = {}
     for name, joint in description.joints.items():
         axis = random_rotation(rng)[0]
-        turn = about(axis, float(rng.uniform(0.5, 1.0)) * size)
-        joints[name] = replace(joint, rotation=frozen(joint.rotation @ turn))
+        turned = turn(axis, float(rng.uniform(0.5, 1.0)) * size)
+        joints[name] = replace(joint, rotation=frozen(joint.rotation @ turned))
     return replace(description, joints=joints)
 
 

@@ -166,9 +166,6 @@ def test_the_table_has_every_word_that_the_reader_knows() -> None:
 # -- laws
 
 
-QUATERNION = st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(
-    lambda xyzw: np.linalg.norm(xyzw) > 0.1
-)
 WORDS = st.from_regex(r"[a-z]{4}[a-z_]{0,12}", fullmatch=True)
 
 

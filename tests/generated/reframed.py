@@ -10,6 +10,7 @@ import numpy as np
 from hybrid_dynamics_core.algebra.rotations import rotation_matrix
 from hybrid_dynamics_core.description.model import Closure, Frame, Joint, Link, RobotDescription
 from hybrid_dynamics_core.ground.arrays import frozen
+from tests.generated.assembly import turn as turn_about
 
 
 class Move(NamedTuple):
@@ -87,7 +88,7 @@ def _joint(joint: Joint, moves: dict[str, Move], zero: float) -> Joint:
     parent, child = moves[joint.parent], moves[joint.child]
     turn, slide = np.eye(3), zero * joint.axis
     if joint.type == "revolute":
-        turn, slide = about(joint.axis, zero), np.zeros(3)
+        turn, slide = turn_about(joint.axis, zero), np.zeros(3)
     rotation = joint.rotation @ turn
     origin = joint.translation + joint.rotation @ slide + rotation @ child.translation
     lower, upper = joint.limits
@@ -98,13 +99,6 @@ def _joint(joint: Joint, moves: dict[str, Move], zero: float) -> Joint:
         axis=child.turned(joint.axis),
         limits=(lower - zero, upper - zero),
     )
-
-
-def about(axis: np.ndarray, angle: float) -> np.ndarray:
-    """Rotation about a unit axis."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
 
 
 def _link(link: Link, move: Move) -> Link:

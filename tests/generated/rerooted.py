@@ -13,6 +13,7 @@ from hybrid_dynamics_core.description import Closure, Frame, Joint, RobotDescrip
 from hybrid_dynamics_core.ground.arrays import frozen
 from tests.generated.assembly import Pose, frame_with_normal, unit
 from tests.generated.assembly import turn as turn_about
+from tests.generated.robots import swapped
 from tests.generated.space import Space
 
 CUTTABLE = ("planar", "axis")  # closures that are a turning joint
@@ -94,7 +95,7 @@ class _Rerooting:
         self.values = dict(zip(names, s.tolist(), strict=True))
         self.pin = next(c for c in robot.closures if c.name == closure)
         if cut not in chain(robot, self.pin.link_a):
-            self.pin = _swapped(self.pin)
+            self.pin = swapped(self.pin)
         self.turned = turned_by(robot, self.pin, cut)
         self.new_poses = self._new_poses()
 
@@ -221,19 +222,6 @@ class _Rerooting:
         turn, origin = self.poses[link]
         _, new_origin = self.new_poses[link]
         return turn.T @ (new_origin - origin)
-
-
-def _swapped(closure: Closure) -> Closure:
-    """A closure with its ends the other way round."""
-    return replace(
-        closure,
-        link_a=closure.link_b,
-        point_a=closure.point_b,
-        rotation_a=closure.rotation_b,
-        link_b=closure.link_a,
-        point_b=closure.point_a,
-        rotation_b=closure.rotation_a,
-    )
 
 
 def _parallelogram_only(closure: Closure) -> str | None:
