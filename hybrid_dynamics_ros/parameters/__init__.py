@@ -1,0 +1,87 @@
+"""The parameters of the node: a table, the values read from it, and the check of every value.
+
+Each subject has a module with its lines of the table. Knows no rclpy:
+`node/declare_parameters.py` puts the table onto a node.
+"""
+
+from .check import checked
+from .diagnostics import (
+    DIAGNOSTICS_PERIOD,
+    LATENCY,
+    LATEST_AGE,
+    LEAST_RATE,
+    LOG_PERIOD,
+    RESIDUAL,
+    SINGULARITY_ERROR,
+    SINGULARITY_WARN,
+    STROKE_ERROR,
+    STROKE_WARN,
+)
+from .inputs import BANDWIDTH, INPUT_DEPTH, INPUT_QOS, MAX_GAP, SENSOR, sensor_joint, sensor_rows
+from .outputs import OUTPUT_DEPTH, OUTPUT_QOS, TF_RATE, TOPIC_RATES
+from .profiles import BEST_EFFORT, LATEST, PROFILES, RELIABLE, SENSOR_DATA
+from .robot import (
+    AUTOSTART,
+    GRAVITY,
+    MEASURED,
+    PAYLOAD_COM,
+    PAYLOAD_FRAME,
+    PAYLOAD_INERTIA,
+    PAYLOAD_MASS,
+    ROBOT,
+    STILL,
+)
+from .row import ChangeTime, OptionalFloats, OptionalNames, Parameter, ParameterError, Value
+from .services import LEAST_SINGULARITY, QUEUE, TIMEOUT
+from .settings import NodeSettings
+from .table import TABLE
+
+__all__ = [
+    "AUTOSTART",
+    "BANDWIDTH",
+    "BEST_EFFORT",
+    "DIAGNOSTICS_PERIOD",
+    "GRAVITY",
+    "INPUT_DEPTH",
+    "INPUT_QOS",
+    "LATENCY",
+    "LATEST",
+    "LATEST_AGE",
+    "LEAST_RATE",
+    "LEAST_SINGULARITY",
+    "LOG_PERIOD",
+    "MAX_GAP",
+    "MEASURED",
+    "OUTPUT_DEPTH",
+    "OUTPUT_QOS",
+    "PAYLOAD_COM",
+    "PAYLOAD_FRAME",
+    "PAYLOAD_INERTIA",
+    "PAYLOAD_MASS",
+    "PROFILES",
+    "QUEUE",
+    "RELIABLE",
+    "RESIDUAL",
+    "ROBOT",
+    "SENSOR",
+    "SENSOR_DATA",
+    "SINGULARITY_ERROR",
+    "SINGULARITY_WARN",
+    "STILL",
+    "STROKE_ERROR",
+    "STROKE_WARN",
+    "TABLE",
+    "TF_RATE",
+    "TIMEOUT",
+    "TOPIC_RATES",
+    "ChangeTime",
+    "NodeSettings",
+    "OptionalFloats",
+    "OptionalNames",
+    "Parameter",
+    "ParameterError",
+    "Value",
+    "checked",
+    "sensor_joint",
+    "sensor_rows",
+]

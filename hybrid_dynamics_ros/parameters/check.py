@@ -1,0 +1,70 @@
+"""The check of every value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final, cast
+
+from .inputs import SENSOR
+from .row import Parameter, ParameterError, Value
+
+
+def checked(row: Parameter[Any], value: Any) -> Value:
+    """The value of a parameter, checked against its row of the table.
+
+    A whole number is taken for a real one. An array becomes a tuple. None becomes the default.
+
+    Raises:
+        ParameterError: the value has the wrong type or length, is empty, out of bounds or none of
+            the choices. The text says what is expected.
+    """
+    if value is None:
+        return cast(Value, row.default)
+    if row.length != 0:
+        return _checked_array(row, value)
+    entry = _entry(row, value)
+    if entry == "" and row.default != "":
+        raise _wrong(row, value, row.text)
+    _check_sign(row, entry)
+    return cast(Value, entry)
+
+
+def _check_sign(row: Parameter[Any], entry: Any) -> None:
+    """Raise where the sign of a sensor is neither 1 nor -1, which bounds cannot say."""
+    is_sign = row.name.startswith(f"{SENSOR}.") and row.name.endswith(".sign")
+    if is_sign and abs(entry) != 1.0:
+        raise _wrong(row, entry, "expected 1.0 or -1.0")
+
+
+def _checked_array(row: Parameter[Any], value: Any) -> Value:
+    """An array as a tuple, its length and entries checked."""
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+        raise _wrong(row, value, "expected an array")
+    if row.length is not None and len(value) != row.length:
+        raise _wrong(row, list(value), f"expected {row.length} entries")
+    return cast(Value, tuple(_entry(row, entry) for entry in value))
+
+
+def _entry(row: Parameter[Any], value: Any) -> Any:
+    """A value that is no array, or one entry of an array, checked."""
+    if row.kind is float and type(value) is int:
+        value = float(value)
+    if type(value) is not row.kind:
+        raise _wrong(row, value, f"expected {_KINDS[row.kind]}")
+    if row.choices and value not in row.choices:
+        raise _wrong(row, value, f"expected one of: {', '.join(row.choices)}")
+    if row.bounds is not None:
+        low, high = row.bounds
+        if not (math.isfinite(value) and low <= value <= high):
+            unit = f" {row.unit}" if row.unit else ""
+            raise _wrong(row, value, f"expected a number from {low:g} to {high:g}{unit}")
+    return value
+
+
+_KINDS: Final = {str: "a word", int: "a whole number", float: "a number", bool: "true or false"}
+
+
+def _wrong(row: Parameter[Any], value: object, expected: str) -> ParameterError:
+    shown = f"'{value}'" if isinstance(value, str) else value
+    return ParameterError(f"parameter {row.name} is {shown}: {expected}")

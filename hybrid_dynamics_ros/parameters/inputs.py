@@ -1,0 +1,65 @@
+"""Parameters: the input, its sensors, and the rates that are estimated from it."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from .profiles import PROFILES, RELIABLE
+from .row import LARGE, ChangeTime, Parameter
+
+BANDWIDTH: Final = Parameter[float](
+    "acceleration_filter.bandwidth",
+    10.0,
+    "Bandwidth of the estimated accelerations (3 dB down), and of the velocities where messages"
+    " have none.",
+    unit="Hz",
+    bounds=(0.01, 1000.0),
+    change=ChangeTime.ANY_TIME,
+)
+MAX_GAP: Final = Parameter[float](
+    "acceleration_filter.max_gap",
+    0.5,
+    "Stamps further apart than this restart the estimation of accelerations.",
+    unit="s",
+    bounds=(0.001, 3600.0),
+    change=ChangeTime.ANY_TIME,
+)
+INPUT_QOS: Final = Parameter[str](
+    "qos.input", RELIABLE, "Quality of service of the subscriptions.", choices=PROFILES, kind=str
+)
+INPUT_DEPTH: Final = Parameter[int](
+    "qos.input_depth",
+    200,
+    "Most messages that wait in each subscription (history depth).",
+    bounds=(1, 100000),
+    kind=int,
+)
+
+ROWS: Final[tuple[Parameter[Any], ...]] = (BANDWIDTH, MAX_GAP, INPUT_QOS, INPUT_DEPTH)
+
+# For every measured joint J, as sensors.J.NAME: coordinate = sign * scale * (reading - offset).
+SENSOR: Final = "sensors"
+
+
+def sensor_joint(name: str) -> str:
+    """The joint of `sensors.JOINT.NAME`, which may have points itself; empty for other names."""
+    return name.removeprefix(f"{SENSOR}.").rpartition(".")[0]
+
+
+def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Parameter[float]]:
+    """The lines of the table for the sensor of one joint: offset, sign and scale."""
+
+    def row(
+        name: str, default: float, text: str, unit: str, bounds: tuple[float, float]
+    ) -> Parameter[float]:
+        full_name = f"{SENSOR}.{joint}.{name}"
+        return Parameter(full_name, default, text, unit, bounds, change=ChangeTime.ANY_TIME)
+
+    signs = "1.0, or -1.0 where the reading falls while the joint rises."
+    scales = "Change of the joint coordinate for one unit of the reading."
+    offset = row(
+        "offset", 0.0, "Reading where the joint is at zero.", "of the reading", (-LARGE, LARGE)
+    )
+    sign = row("sign", 1.0, signs, "1", (-1.0, 1.0))
+    scale = row("scale", 1.0, scales, "rad or m", (1e-12, LARGE))
+    return offset, sign, scale

@@ -1,0 +1,33 @@
+"""Parameters: service calls and trajectories."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from .row import ChangeTime, Parameter
+
+TIMEOUT: Final = Parameter[float](
+    "services.timeout",
+    60.0,
+    "A service call that takes longer than this is answered with TIMEOUT.",
+    unit="s",
+    bounds=(0.01, 86400.0),
+    change=ChangeTime.ANY_TIME,
+)
+QUEUE: Final = Parameter[int](
+    "services.queue",
+    64,
+    "Most calls that wait for each of the two processes; further ones are answered with BUSY.",
+    bounds=(1, 100000),
+    kind=int,
+    change=ChangeTime.ANY_TIME,
+)
+LEAST_SINGULARITY: Final = Parameter[float](
+    "trajectory.least_singularity",
+    0.02,
+    "A trajectory ends before a point nearer to a singularity than this: 0 singular, 1 best.",
+    bounds=(0.0, 1.0),
+    change=ChangeTime.ANY_TIME,
+)
+
+ROWS: Final[tuple[Parameter[Any], ...]] = (TIMEOUT, QUEUE, LEAST_SINGULARITY)

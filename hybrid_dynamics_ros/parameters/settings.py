@@ -1,0 +1,36 @@
+"""The values of the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import cast
+
+from .inputs import SENSOR, sensor_joint
+from .row import Parameter, T, Value
+from .table import TABLE
+
+
+class NodeSettings:
+    """Checked values of the table: settings[BANDWIDTH] is a float [Hz].
+
+    Never changes; `replaced` makes another.
+    """
+
+    def __init__(self, values: Mapping[str, Value] = MappingProxyType({})) -> None:
+        """Values by name; defaults where none is given."""
+        self._values = {**{row.name: row.default for row in TABLE}, **values}
+
+    def __getitem__(self, row: Parameter[T]) -> T:
+        return cast(T, self._values.get(row.name, row.default))
+
+    @property
+    def sensors(self) -> list[str]:
+        """Joints of whose sensors something is said."""
+        start = f"{SENSOR}."
+        names = [name for name in self._values if name.startswith(start)]
+        return list(dict.fromkeys(map(sensor_joint, names)))
+
+    def replaced(self, changes: Mapping[str, Value]) -> NodeSettings:
+        """The settings with other values by name."""
+        return NodeSettings({**self._values, **changes})
