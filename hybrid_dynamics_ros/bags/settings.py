@@ -15,6 +15,7 @@ from ..parameters import (
     BANDWIDTH,
     MAX_GAP,
     MEASURED,
+    ROS_NAMES,
     SENSOR,
     TABLE,
     NodeSettings,
@@ -45,6 +46,8 @@ def read_settings(path: Path | None) -> NodeSettings:
     rows = {row.name: row for row in TABLE}
     values = {}
     for name, value in _parameters(path).items():
+        if ROS_NAMES.fullmatch(name):
+            continue
         if name.startswith(f"{SENSOR}.") and sensor_joint(name):
             rows |= {row.name: row for row in sensor_rows(sensor_joint(name))}
         if name not in rows:

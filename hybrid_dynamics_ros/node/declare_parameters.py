@@ -22,6 +22,7 @@ from rclpy.parameter import Parameter as RosParameter
 from hybrid_dynamics_core.ground.suggestions import did_you_mean
 
 from ..parameters import (
+    ROS_NAMES,
     SENSOR,
     TABLE,
     ChangeTime,
@@ -33,10 +34,8 @@ from ..parameters import (
     sensor_rows,
 )
 
-# Parameters that rclpy itself reads, and the sensors, which are known once there is a robot.
-_OTHER_NAMES: Final = re.compile(
-    rf"use_sim_time|start_type_description_service|qos_overrides\..+|{SENSOR}\..+\.(offset|sign|scale)"
-)
+# The sensors are known once there is a robot.
+_OTHER_NAMES: Final = re.compile(rf"{ROS_NAMES.pattern}|{SENSOR}\..+\.(offset|sign|scale)")
 _TYPES: Final = {
     (str, False): RosParameter.Type.STRING,
     (int, False): RosParameter.Type.INTEGER,
@@ -208,10 +207,14 @@ def _overrides(node: Node) -> dict[str, RosParameter]:
 
 
 def _converted(parameter: Parameter[Any] | None, given: RosParameter) -> RosParameter:
-    """Whole numbers where the table has real ones."""
-    if parameter is None or parameter.kind is not float:
+    """Whole numbers where the table has real ones, and the default for what is to be unset."""
+    if parameter is None:
         return given
     kinds = RosParameter.Type
+    if given.type_ is kinds.NOT_SET or _is_empty_array(parameter, given):
+        return _unset(parameter)
+    if parameter.kind is not float:
+        return given
     if given.type_ is kinds.INTEGER and parameter.length == 0:
         return RosParameter(given.name, kinds.DOUBLE, float(given.value))
     if given.type_ is kinds.INTEGER_ARRAY and parameter.length != 0:
@@ -219,12 +222,27 @@ def _converted(parameter: Parameter[Any] | None, given: RosParameter) -> RosPara
     return given
 
 
+def _is_empty_array(parameter: Parameter[Any], given: RosParameter) -> bool:
+    """Whether an array has no entries: nobody can say then of which type they are."""
+    return parameter.length != 0 and isinstance(given.value, Sequence) and len(given.value) == 0
+
+
+def _unset(parameter: Parameter[Any]) -> RosParameter:
+    """The parameter as it is where nobody gave a value."""
+    value = parameter.default
+    if parameter.length != 0:
+        value = list(value or ())
+    return RosParameter(parameter.name, _type(parameter), value)
+
+
 def _declare(node: Node, parameter: Parameter[Any]) -> Any:
-    overrides = _overrides(node)
-    if parameter.name in overrides:
-        given = _converted(parameter, overrides[parameter.name])
-        overrides[parameter.name] = given
-        checked(parameter, given.value)  # before rclpy, whose texts do not say what is expected
-    default = _type(parameter) if parameter.default is None else parameter.default
-    declared = node.declare_parameter(parameter.name, default, descriptor(parameter))
-    return checked(parameter, declared.value)
+    unset = _unset(parameter)
+    given = _converted(parameter, _overrides(node).get(parameter.name, unset))
+    value = checked(parameter, given.value)  # before rclpy, whose texts do not say what is expected
+    # rclpy takes an empty array for one of bytes: it is declared by its type, and set afterwards.
+    is_empty = _is_empty_array(parameter, given)
+    start = _type(parameter) if is_empty else given.value
+    node.declare_parameter(parameter.name, start, descriptor(parameter), ignore_override=True)
+    if is_empty:
+        node.set_parameters([unset])
+    return value

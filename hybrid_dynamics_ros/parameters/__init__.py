@@ -34,7 +34,7 @@ from .robot import (
 from .row import ChangeTime, OptionalFloats, OptionalNames, Parameter, ParameterError, Value
 from .services import LEAST_SINGULARITY, QUEUE, TIMEOUT
 from .settings import NodeSettings
-from .table import TABLE
+from .table import ROS_NAMES, TABLE
 
 __all__ = [
     "AUTOSTART",
@@ -63,6 +63,7 @@ __all__ = [
     "RELIABLE",
     "RESIDUAL",
     "ROBOT",
+    "ROS_NAMES",
     "SENSOR",
     "SENSOR_DATA",
     "SINGULARITY_ERROR",

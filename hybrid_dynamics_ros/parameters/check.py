@@ -13,21 +13,27 @@ from .row import Parameter, ParameterError, Value
 def checked(row: Parameter[Any], value: Any) -> Value:
     """The value of a parameter, checked against its row of the table.
 
-    A whole number is taken for a real one. An array becomes a tuple. None becomes the default.
+    A whole number is taken for a real one. An array becomes a tuple. What is not set, None or an
+    empty array, becomes the default.
 
     Raises:
         ParameterError: the value has the wrong type or length, is empty, out of bounds or none of
             the choices. The text says what is expected.
     """
-    if value is None:
+    is_array = row.length != 0
+    if value is None or (is_array and _is_empty(value)):
         return cast(Value, row.default)
-    if row.length != 0:
+    if is_array:
         return _checked_array(row, value)
     entry = _entry(row, value)
     if entry == "" and row.default != "":
         raise _wrong(row, value, row.text)
     _check_sign(row, entry)
     return cast(Value, entry)
+
+
+def _is_empty(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str | bytes) and len(value) == 0
 
 
 def _check_sign(row: Parameter[Any], entry: Any) -> None:

@@ -22,14 +22,14 @@ AUTOSTART: Final = Parameter[bool](
 MEASURED: Final = Parameter[OptionalNames](
     "measured",
     None,
-    "Joints that the input measures: any independent set. Not set: the active joints of the robot.",
+    "Joints that the input measures: any independent set. Empty: the active joints of the robot.",
     kind=str,
     length=None,
 )
 GRAVITY: Final = Parameter[OptionalFloats](
     "gravity",
     None,
-    "Gravity in the axes of the base frame. Not set: that of the robot file.",
+    "Gravity in the axes of the base frame. Empty: that of the robot file.",
     unit="m/s^2",
     bounds=(-1000.0, 1000.0),
     length=3,

@@ -34,7 +34,7 @@ class Parameter(Generic[T]):
 
     Attributes:
         name: parameter name.
-        default: value where none is given; None where the parameter is then not set.
+        default: value where none is given; None where the parameter is then an empty array.
         text: what it is, for people.
         unit: of a number; "" for other values.
         bounds: lowest and highest number, both allowed; None where there are no bounds.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Final
 
 from . import diagnostics, inputs, outputs, robot, services
@@ -14,3 +15,6 @@ TABLE: Final[tuple[Parameter[Any], ...]] = (
     *services.ROWS,
     *diagnostics.ROWS,
 )
+
+# Parameters that rclpy itself declares: files with all parameters of a node have them too.
+ROS_NAMES: Final = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..+")

@@ -22,6 +22,7 @@ from ..messages.joint_samples import (
     RejectionCode,
     active_order,
 )
+from ..parameters import PAYLOAD_COM, PAYLOAD_INERTIA, PAYLOAD_MASS, ParameterError, checked
 from ..stream.conditions import NewPayload, PayloadBody, loads_of
 from .context import ServiceContext, require_finite
 from .kinematics import require_frames
@@ -137,20 +138,32 @@ def set_payload(
         The change. Nothing has changed yet.
 
     Raises:
-        RejectedError: there is no such frame, or no rigid body has such an inertia.
+        RejectedError: there is no such frame, a number is beyond the bounds of the parameter
+            ``payload``, or no rigid body has such an inertia.
     """
     frame = request.frame or context.robot.end_effector
     require_frames(context.robot, frame)
     inertia, com = request.inertia, request.inertia.com
     entries = (inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz)
-    if not inertia.m >= 0.0:  # NaN is refused too
-        raise RejectedError(
-            RejectionCode.BAD_REQUEST, f"the mass is {inertia.m} kg, expected 0 or more"
-        )
     body = PayloadBody(inertia.m, (com.x, com.y, com.z), entries)
+    _require_bounds(body)
     change = NewPayload(frame, body)
     try:
         loads_of(context.robot, change.applied(context.situation.conditions))
     except InputError as error:
         raise RejectedError(RejectionCode.BAD_REQUEST, one_line(error)) from error
     return change
+
+
+def _require_bounds(body: PayloadBody) -> None:
+    """Refuse what the parameters of the payload would not take.
+
+    Raises:
+        RejectedError: a number is not finite, or out of the bounds.
+    """
+    try:
+        checked(PAYLOAD_MASS, body.mass)
+        checked(PAYLOAD_COM, body.com)
+        checked(PAYLOAD_INERTIA, body.inertia)
+    except ParameterError as error:
+        raise RejectedError(RejectionCode.BAD_REQUEST, f"as {error}") from error

@@ -5,7 +5,7 @@ import pytest
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.settings import make_pipeline, read_settings
-from hybrid_dynamics_ros.parameters import GRAVITY, PAYLOAD_MASS, ParameterError
+from hybrid_dynamics_ros.parameters import GRAVITY, MEASURED, PAYLOAD_MASS, ParameterError
 
 MASS = "{}:\n  ros__parameters:\n    payload: {{mass: {}}}\n"
 
@@ -43,3 +43,27 @@ def test_sensors_of_unknown_joints_are_refused(tmp_path):
     (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(ParameterError, match=r"q99.*measured are q1"):
         make_pipeline(load("forging_chu2020"), read_settings(tmp_path / "p.yaml"))
+
+
+def test_a_dump_of_all_parameters_is_read(tmp_path):
+    """`ros2 param dump` writes the names of ROS too, and empty arrays for what is not set."""
+    (tmp_path / "p.yaml").write_text(DUMP, encoding="utf-8")
+    settings = read_settings(tmp_path / "p.yaml")
+    assert (settings[GRAVITY], settings[MEASURED]) == (None, None)
+    assert settings[PAYLOAD_MASS] == 3.0
+
+
+DUMP = """\
+/hybrid_dynamics:
+  ros__parameters:
+    gravity: []
+    measured: []
+    payload:
+      mass: 3.0
+    qos_overrides:
+      /parameter_events:
+        publisher:
+          depth: 1000
+    start_type_description_service: true
+    use_sim_time: false
+"""

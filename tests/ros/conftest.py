@@ -52,7 +52,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from hybrid_dynamics_msgs.msg import JointMotion
 from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from rclpy.type_support import check_for_type_support
@@ -166,6 +166,7 @@ class Client:
                 ("get_state", GetState),
                 ("set_parameters", SetParameters),
                 ("get_parameters", GetParameters),
+                ("list_parameters", ListParameters),
             )
         }
         self._name = namespace
@@ -250,6 +251,12 @@ class Client:
         )
         (result,) = self.call("set_parameters", request).results
         return "" if result.successful else result.reason
+
+    def parameters(self):
+        """Every parameter that the node lists, with its value as a message."""
+        listed = self.call("list_parameters", ListParameters.Request()).result.names
+        values = self.call("get_parameters", GetParameters.Request(names=listed)).values
+        return dict(zip(listed, values, strict=True))
 
     def call_async(self, service, request):
         return self.connect_service(service).call_async(request)
