@@ -32,7 +32,7 @@ from .robot import (
     STILL,
 )
 from .row import ChangeTime, OptionalFloats, OptionalNames, Parameter, ParameterError, Value
-from .services import LEAST_SINGULARITY, QUEUE, TIMEOUT
+from .services import EFFORT_TOLERANCE, LEAST_SINGULARITY, QUEUE, TIMEOUT
 from .settings import NodeSettings
 from .table import ROS_NAMES, TABLE
 
@@ -41,6 +41,7 @@ __all__ = [
     "BANDWIDTH",
     "BEST_EFFORT",
     "DIAGNOSTICS_PERIOD",
+    "EFFORT_TOLERANCE",
     "GRAVITY",
     "INPUT_DEPTH",
     "INPUT_QOS",

@@ -69,7 +69,8 @@ class WorkerPool:
     def __init__(self, description: RobotDescription) -> None:
         """Start them; a first call waits until its process is up."""
         self._lanes = {
-            lane: _Worker(lane.name.lower(), description) for lane in (Lane.SHORT, Lane.LONG)
+            lane: _Worker(lane.name.lower(), description)
+            for lane in (Lane.SHORT, Lane.SEARCH, Lane.LONG)
         }
 
     def submit(self, lane: Lane, job: ServiceCall, most: int) -> None:

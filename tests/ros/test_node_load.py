@@ -120,7 +120,7 @@ def test_a_killed_worker_is_replaced_and_a_killed_node_leaves_no_process(start_n
     node = start_node()
     client = connect()
     workers = children(node.process.pid)
-    assert len(workers) == 2
+    assert len(workers) == 3
     for worker in workers:
         os.kill(worker, signal.SIGKILL)
     client.wait_until(
