@@ -28,6 +28,7 @@ from ..messages.joint_samples import (
 from ..stream.filter.rate_estimator import RateRows
 from ..stream.pipeline import Pipeline
 from ..stream.results import MotionResult
+from ..stream.turns import TurnRows
 from .samples import Samples
 
 Rows = NDArray[np.intp]
@@ -122,29 +123,43 @@ class BatchPipeline:
         samples = samples.calibrated(evaluator.calibration)
         rows = np.flatnonzero(samples.usable)
         refused: list[Rejection] = []
+        turned = self._continued(samples, rows, given)
         try:
-            rates, runs = self._evaluate(samples, rows, given)
+            rates, runs = self._evaluate(samples, rows, turned, given)
         except HybridDynamicsError:  # samples that cannot be closed must not reach the filter
-            status = evaluator.robot.close(samples.position[rows], check=False).status
+            status = evaluator.robot.close(turned.position, check=False).status
             closes = np.asarray(status) == 0
             if closes.all():
                 raise
-            refused = self._refusals(samples, rows[~closes])
+            refused = self._refusals(samples, rows[~closes], turned.position[~closes])
             rows = rows[closes]
-            rates, runs = self._evaluate(samples, rows, given)
+            turned = self._continued(samples, rows, given)
+            rates, runs = self._evaluate(samples, rows, turned, given)
         self._count(samples, refused, rates, runs)
         if not runs:
             return None
-        if given is None:
-            evaluator.taken(rates)
+        evaluator.taken(turned, None if _is_given(samples, given) else rates)
         return BatchResult(rows, samples.log_ns[rows], runs)
 
+    def _continued(self, samples: Samples, rows: Rows, given: RateRows | None) -> TurnRows:
+        """Positions of some rows, without jumps of whole turns."""
+        velocity = samples.velocity[rows]
+        if given is not None:
+            is_known = given.has_velocity[rows, None]
+            velocity = np.where(is_known, given.velocity[rows], np.nan)
+        return self.pipeline.evaluator.continued(
+            samples.stamp_ns[rows],
+            samples.position[rows],
+            velocity,
+            is_given=_is_given(samples, given),
+        )
+
     def _evaluate(
-        self, samples: Samples, rows: Rows, given: RateRows | None
+        self, samples: Samples, rows: Rows, turned: TurnRows, given: RateRows | None
     ) -> tuple[RateRows, list[MotionResult]]:
-        """Rates of some rows, and results of their runs."""
+        """Rates of some rows, whose positions are continued, and results of their runs."""
         evaluator = self.pipeline.evaluator
-        stamps, position = samples.stamp_ns[rows], samples.position[rows]
+        stamps, position = samples.stamp_ns[rows], turned.position
         velocity = samples.velocity[rows]
         if given is not None:
             rates = given.part(rows)
@@ -163,17 +178,22 @@ class BatchPipeline:
             raise
         return rates, results
 
-    def _refusals(self, samples: Samples, rows: Rows) -> list[Rejection]:
+    def _refusals(self, samples: Samples, rows: Rows, position: FloatArray) -> list[Rejection]:
         """Why each of some rows does not close.
+
+        Args:
+            samples: all.
+            rows: of them.
+            position: of the rows (k, n), continued [rad or m].
 
         Raises:
             RejectedError: one closes alone.
         """
         rejections = []
-        for row in rows.tolist():
+        for row, u in zip(rows.tolist(), position, strict=True):
             velocity = samples.velocity[row] if samples.measured[row] else None
             try:
-                self.pipeline.evaluator.robot.close(samples.position[row], velocity)
+                self.pipeline.evaluator.robot.close(u, velocity)
             except HybridDynamicsError as error:
                 rejections.append(rejection_of(error))
         if len(rejections) < len(rows):
@@ -232,6 +252,11 @@ class BatchPipeline:
             velocity,
             acceleration,
         )
+
+
+def _is_given(samples: Samples, given: RateRows | None) -> bool:
+    """Whether rates come from elsewhere than the filter."""
+    return given is not None or samples.acceleration is not None
 
 
 def _runs_of(results: Sequence[MotionResult]) -> list[MotionResult]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -52,7 +52,7 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
         method: "savgol" or "spline".
         evaluator: its bandwidth and largest gap count here too.
     """
-    samples = samples.calibrated(evaluator.calibration)
+    samples = _continued(samples.calibrated(evaluator.calibration), evaluator)
     count, n = samples.position.shape
     rates = SmoothRates(
         velocity=np.zeros((count, n)),
@@ -72,6 +72,15 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
         if len(rows) >= _LEAST:
             _smooth(rates, samples, rows, method, estimator.bandwidth)
     return rates
+
+
+def _continued(samples: Samples, evaluator: MotionEvaluator) -> Samples:
+    """The samples without jumps of whole turns; those that are not finite stay as they are."""
+    rows = np.flatnonzero(samples.usable & np.isfinite(samples.position).all(axis=1))
+    position = samples.position.copy()
+    turned = evaluator.continued(samples.stamp_ns[rows], position[rows], samples.velocity[rows])
+    position[rows] = turned.position
+    return replace(samples, position=position)
 
 
 def _without_outliers(rates: SmoothRates, samples: Samples, run: Rows) -> Rows:

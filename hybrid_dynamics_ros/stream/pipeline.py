@@ -13,6 +13,7 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.ground.wording import counted
 
 from ..messages.joint_samples import (
     JointOrder,
@@ -32,12 +33,21 @@ _UNREMARKABLE = (StampEvent.NEXT, StampEvent.FIRST)
 
 @dataclass
 class Counts:
-    """What happened to the samples so far."""
+    """What happened to the samples so far.
+
+    Attributes:
+        received: all.
+        with_efforts: those that gave efforts.
+        rejected: those that gave nothing, by reason.
+        events: what their stamps meant to the filter.
+        wraps: jumps of whole turns that were taken out of the readings, by joint.
+    """
 
     received: int = 0
     with_efforts: int = 0
     rejected: Counter[RejectionCode] = field(default_factory=Counter)
     events: Counter[StampEvent] = field(default_factory=Counter)
+    wraps: Counter[str] = field(default_factory=Counter)
 
     @property
     def accepted(self) -> int:
@@ -55,6 +65,8 @@ class Counts:
         for event, count in self.events.items():
             if event not in _UNREMARKABLE:
                 parts.append(f"{count} {_plural(event, count)}")
+        for joint, count in self.wraps.items():
+            parts.append(f"{counted(count, 'whole turn')} of {joint} continued")
         return ", ".join(parts)
 
 
@@ -75,7 +87,7 @@ class Pipeline:
     ) -> None:
         """The pipeline of one robot; arguments and errors are those of `MotionEvaluator`."""
         self.evaluator = MotionEvaluator(robot, bandwidth, max_gap, measured)
-        self.counts = Counts()
+        self.counts = Counts(wraps=self.evaluator.wraps)
         self._order = JointOrder(self.evaluator.measured, resting_joints(robot))
 
     def process(
@@ -135,5 +147,5 @@ class Pipeline:
             )
         motion = self._order.arrange(sample)
         if is_estimated:
-            return self.evaluator.evaluate(stamp_ns, motion)
+            return self.evaluator.given(stamp_ns, motion)
         return self.evaluator.step(stamp_ns, motion)

