@@ -15,12 +15,14 @@ from ..messages.cdr import Bytes
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE, deserialize
 from ..messages.joint_samples import (
     LARGEST,
+    LONGEST,
     FloatArray,
     JointOrder,
     JointSample,
     RejectedError,
     RejectionCode,
     nanoseconds,
+    oversized,
 )
 from ..messages.joint_state_layout import JointStateLayout, LayoutError, layout_of
 from .samples import Samples
@@ -76,7 +78,7 @@ class Decoder:
         block = messages.block(rows, size)
         while len(rows):
             layout = None
-            if len(rows) >= _MIN_BULK:
+            if len(rows) >= _MIN_BULK and size <= LONGEST:
                 layout = self._layout_of_first(block)
             if layout is None:
                 self._decode_one(samples, int(rows[0]), bytes(block[0]))
@@ -164,6 +166,10 @@ class Decoder:
 
     def _decode_one(self, samples: Samples, row: int, data: bytes) -> None:
         """Decode one message by rosbags; what is wrong with it is kept."""
+        rejection = oversized(len(data))
+        if rejection is not None:
+            samples.rejected[row] = rejection
+            return
         try:
             message = deserialize(_without_padding(data), self._kind)
         except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes

@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 Named = dict[str, float]  # a number of each joint
 # Of any measured number, in its unit: no joint is there, and all that follows from it is finite.
 LARGEST: Final = 1e12
+LONGEST: Final = 131_072  # [bytes] of a message that is read
 _MOST_LISTED: Final = 12  # names in a text
 _MOST_COMPARED: Final = 64  # names among which a slip is looked for: messages may be long and many
 
@@ -49,6 +50,7 @@ class RejectionCode(Enum):
     UNREACHABLE = "unreachable"  # a loop cannot be closed
     LIMIT = "limit"  # of a trajectory: a joint beyond its limit
     SINGULAR = "singular"  # a loop is at a toggle point
+    TOO_LONG = "too long"  # a message of more bytes than any robot's
     OVERFLOW = "overflow"  # input so large that a result is not finite
     NOT_READY = "not ready"  # of a service: no robot yet, or no input yet
     REFUSED = "refused"  # of a service: the state of the robot forbids it
@@ -63,6 +65,19 @@ class Rejection:
 
     code: RejectionCode
     text: str
+
+
+def oversized(size: int) -> Rejection | None:
+    """Why a message of so many bytes is not even read; None where it is.
+
+    Reading it would take so long that messages of other topics were lost meanwhile.
+    """
+    if size <= LONGEST:
+        return None
+    return Rejection(
+        RejectionCode.TOO_LONG,
+        f"a message of {size} bytes, expected {LONGEST} at most: some thousand joints",
+    )
 
 
 class RejectedError(Exception):

@@ -8,13 +8,14 @@ from __future__ import annotations
 import gc
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.exceptions import InvalidHandle, ParameterException
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import String
 
 from hybrid_dynamics_core import load
@@ -39,6 +40,7 @@ from ..stream.runtime import Runtime
 from . import qos
 from .declare_parameters import ParameterWatch, declare, declare_sensors, is_given
 from .diagnostics import diagnostic_array
+from .event_free import EventFreeNode
 from .service_server import ServiceServer
 from .subscriptions import Stream
 
@@ -47,7 +49,7 @@ UNCONFIGURED: Final = "stays unconfigured"  # begins the log line that says why
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class HybridDynamicsNode(LifecycleNode):
+class HybridDynamicsNode(EventFreeNode):
     """Topics and services of one robot.
 
     Raises:
@@ -62,6 +64,8 @@ class HybridDynamicsNode(LifecycleNode):
         self._runtime: Runtime | None = None
         self._stream: Stream | None = None
         self._failure = ""  # why there is no robot
+        # Entered around work for which the loop may stand still longer than usual.
+        self.long_work: Callable[[], AbstractContextManager[None]] = nullcontext
         self._description = self.create_publisher(
             String, "robot_description", qos.transient_local()
         )
@@ -88,6 +92,10 @@ class HybridDynamicsNode(LifecycleNode):
         With a wrong file the node stays unconfigured and says why.
         """
         del state
+        with self.long_work():
+            return self._configure()
+
+    def _configure(self) -> TransitionCallbackReturn:
         hint = f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
         if is_given(self, ROBOT):
             hint = ""
