@@ -9,6 +9,7 @@ from typing import Final
 from .process.stop_signals import StopSignals
 from .process.watchdog import Watchdog
 
+_SWITCH_INTERVAL: Final = 5e-4  # [s]
 _USAGE: Final = (
     "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r"
     " __node:=NAME]"
@@ -35,9 +36,15 @@ def main(args: list[str] | None = None) -> int:
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
     # Matrices are small: on a busy machine the threads of OpenBLAS wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # A thread that takes code from disk passes the interpreter on to the stream sooner.
+    sys.setswitchinterval(_SWITCH_INTERVAL)
     stop = StopSignals()
+    # Late: its imports take a while, and the usage above needs none of them.
+    from hybrid_dynamics_core.kernels.cache import at_least_meanwhile  # noqa: PLC0415
+
     try:
-        code = _run(words, stop)
+        with at_least_meanwhile():
+            code = _run(words, stop)
     except ModuleNotFoundError as error:
         sys.stderr.write(_NO_ROS.format(name=error.name))
         code = 1

@@ -39,6 +39,7 @@ from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
 from . import qos
 from .declare_parameters import ParameterWatch, declare, declare_sensors, is_given
+from .deferred_parameters import wait_for_code
 from .diagnostics import diagnostic_array
 from .event_free import EventFreeNode
 from .service_server import ServiceServer
@@ -71,7 +72,8 @@ class HybridDynamicsNode(EventFreeNode):
         )
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._calls = ServiceServer(self, self._log)
-        self._watch = ParameterWatch(self, lambda: self.settings, self._why_not, self._take)
+        watch = ParameterWatch(self, lambda: self.settings, self._why_not, self._take)
+        wait_for_code(self, watch, self._calls)
         # Reports go on while simulated time stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self.settings[DIAGNOSTICS_PERIOD], self._report, clock=steady)
