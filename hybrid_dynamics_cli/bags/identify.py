@@ -134,8 +134,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     if place is not None:
         write_base(place, base)
         lines += ["", written(place, "the base parameters")]
-    found = facts(result, base, efforts, recording.losses) | {"summary": counts.summary()}
-    show(found, as_json, "\n".join(lines))
+    answer = facts(result, base, efforts, recording.losses) | {"summary": counts.summary()}
+    show(answer, as_json, "\n".join(lines))
     tell_losses(recording.losses)
     if recording.losses:
         context.exit(LOST)

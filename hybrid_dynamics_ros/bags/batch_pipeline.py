@@ -145,8 +145,8 @@ class BatchPipeline:
         """Positions of some rows, without jumps of whole turns."""
         velocity = samples.velocity[rows]
         if given is not None:
-            is_known = given.has_velocity[rows, None]
-            velocity = np.where(is_known, given.velocity[rows], np.nan)
+            has_rates = given.has_velocity[rows, None]
+            velocity = np.where(has_rates, given.velocity[rows], np.nan)
         return self.pipeline.evaluator.continued(
             samples.stamp_ns[rows],
             samples.position[rows],
@@ -166,7 +166,7 @@ class BatchPipeline:
         elif samples.acceleration is not None:
             rates = RateRows.given(velocity, samples.acceleration[rows])
         else:
-            rates = evaluator.rates(stamps, position, velocity, samples.measured[rows])
+            rates = evaluator.rates(stamps, position, velocity)
         results = []
         last = evaluator.last
         try:
@@ -191,7 +191,9 @@ class BatchPipeline:
         """
         rejections = []
         for row, u in zip(rows.tolist(), position, strict=True):
-            velocity = samples.velocity[row] if samples.measured[row] else None
+            velocity = samples.velocity[row]
+            if np.isnan(velocity).any():
+                velocity = None
             try:
                 self.pipeline.evaluator.robot.close(u, velocity)
             except HybridDynamicsError as error:
@@ -213,6 +215,7 @@ class BatchPipeline:
         for run in runs:
             if run.efforts is not None:
                 counts.with_efforts += len(run.efforts)
+        counts.waiting += len(samples.waiting)
         for rejection in (*samples.rejected.values(), *refused):
             self._remember(self.pipeline.reject(rejection))
 
@@ -225,6 +228,9 @@ class BatchPipeline:
         for row in range(len(samples)):
             if row in samples.broken:
                 continue
+            if row in samples.waiting:
+                self.pipeline.wait_unread()
+                continue
             if row in samples.rejected:
                 self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
@@ -232,7 +238,7 @@ class BatchPipeline:
             result = self.pipeline.process(sample, is_estimated=given is not None)
             if isinstance(result, Rejection):
                 self._remember(result)
-            else:
+            elif result is not None:
                 rows.append(row)
                 results.append(result)
         if not rows:
@@ -241,7 +247,9 @@ class BatchPipeline:
         return BatchResult(accepted, samples.log_ns[accepted], _runs_of(results))
 
     def _sample(self, samples: Samples, row: int, given: RateRows | None) -> JointSample:
-        velocity = samples.velocity[row] if samples.measured[row] else None
+        velocity = samples.velocity[row]
+        if np.isnan(velocity).all():
+            velocity = None
         acceleration = None if samples.acceleration is None else samples.acceleration[row]
         if given is not None:
             velocity, acceleration = given.at(row)

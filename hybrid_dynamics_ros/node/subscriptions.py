@@ -146,8 +146,8 @@ class Stream:
     def _answer(self, sample: JointSample) -> Rejection | None:
         runtime = self._runtime
         result = runtime.process(sample)
-        if isinstance(result, Rejection):
-            return result
+        if not isinstance(result, MotionResult):
+            return result  # refused, or it waits for other joints
         try:
             messages = self._publishers.messages(result, runtime.settings)
             for send, message in messages:

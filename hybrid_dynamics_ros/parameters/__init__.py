@@ -17,7 +17,16 @@ from .diagnostics import (
     STROKE_ERROR,
     STROKE_WARN,
 )
-from .inputs import BANDWIDTH, INPUT_DEPTH, INPUT_QOS, MAX_GAP, SENSOR, sensor_joint, sensor_rows
+from .inputs import (
+    BANDWIDTH,
+    INPUT_DEPTH,
+    INPUT_QOS,
+    MAX_GAP,
+    PARTIAL_AGE,
+    SENSOR,
+    sensor_joint,
+    sensor_rows,
+)
 from .outputs import OUTPUT_DEPTH, OUTPUT_QOS, TF_RATE, TOPIC_RATES
 from .profiles import BEST_EFFORT, LATEST, PROFILES, RELIABLE, SENSOR_DATA
 from .robot import (
@@ -55,6 +64,7 @@ __all__ = [
     "MEASURED",
     "OUTPUT_DEPTH",
     "OUTPUT_QOS",
+    "PARTIAL_AGE",
     "PAYLOAD_COM",
     "PAYLOAD_FRAME",
     "PAYLOAD_INERTIA",

@@ -18,9 +18,10 @@ from hybrid_dynamics_core.robot.compiled_calls import Call
 
 from ..messages.joint_samples import Calibration, FloatArray, OrderedMotion
 from .filter.filter import StampEvent
-from .filter.rate_estimator import EstimatorState, MotionEstimator, RateRows
+from .filter.rate_estimator import MotionEstimator, RateRows
+from .joint_groups import GroupedEstimator, State, stamp_of
 from .results import MotionResult, OneOrRows
-from .turns import TurnRows, TurnState, WholeTurns
+from .turns import TurnCounter, TurnRows, TurnState
 
 _RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
 
@@ -109,8 +110,9 @@ class MotionEvaluator:
         """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
         self.estimator = MotionEstimator(bandwidth, max_gap)
         is_angle = [self.robot.joint_types[name] == "revolute" for name in self.measured]
-        self._turns = WholeTurns(self.measured, is_angle, max_gap)
-        self._memory: EstimatorState | None = None
+        self._turns = TurnCounter(self.measured, is_angle, max_gap)
+        self._grouped = GroupedEstimator(self.estimator)
+        self._memory: State | None = None
 
     def calibrate(self, calibration: Calibration | None) -> None:
         """Read the sensors so from now on; where that is another way, the estimates start anew."""
@@ -152,11 +154,11 @@ class MotionEvaluator:
             return self.given(stamp_ns, motion)
         u, du, _ = motion
         turned, u = self._turns.step(self._turned, stamp_ns, u, du)
-        memory, rates = self.estimator.step(self._memory, stamp_ns, u, du)
+        memory, rates = self._grouped.step(self._memory, stamp_ns, u, du)
         motion = OrderedMotion(u, rates.velocity, rates.acceleration)
         result = self.evaluate(stamp_ns, motion, rates.event)
         if rates.event is StampEvent.GAP and self._memory is not None:
-            self.gap = (stamp_ns - self._memory.filter.stamp_ns) * 1e-9
+            self.gap = (stamp_ns - stamp_of(self._memory)) * 1e-9
         self._memory = memory  # only now: a sample that the model refused must not reach the filter
         if self._turned is not None and turned.turns is not self._turned.turns:
             self.wraps.update(self._turns.wraps(self._turned, turned))
@@ -204,16 +206,15 @@ class MotionEvaluator:
         stamps: NDArray[np.int64],
         position: FloatArray,
         velocity: FloatArray,
-        measured: NDArray[np.bool_],
     ) -> RateRows:
         """Rates that the filter gives N samples; it goes on from there once they are `taken`.
 
-        Arguments are those of `MotionEstimator.run`.
+        Arguments are those of `GroupedEstimator.run`.
 
         Raises:
             RejectedError: rates are not finite.
         """
-        return self.estimator.run(self._memory, stamps, position, velocity, measured)
+        return self._grouped.run(self._memory, stamps, position, velocity)
 
     def taken(self, turned: TurnRows, rates: RateRows | None) -> None:
         """Go on from the state after some rows; without rates, after rows that were `given`."""

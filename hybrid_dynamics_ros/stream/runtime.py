@@ -22,6 +22,7 @@ from ..parameters import (
     BANDWIDTH,
     MAX_GAP,
     MEASURED,
+    PARTIAL_AGE,
     PAYLOAD_FRAME,
     STILL,
     NodeSettings,
@@ -109,6 +110,7 @@ class Runtime:
         conditions, loads = self._conditions(settings)
         self.evaluator.loads = loads
         self.evaluator.calibrate(calibration_of(settings, self.measured))
+        self.pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
             self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
         self.conditions, self.settings, self._taken = conditions, settings, settings
@@ -151,8 +153,8 @@ class Runtime:
             self.conditions = conditions
             return True
 
-    def process(self, sample: JointSample) -> MotionResult | Rejection:
-        """The result of one sample, under the conditions of now."""
+    def process(self, sample: JointSample) -> MotionResult | Rejection | None:
+        """The result of one sample under the conditions of now; None: it waits for other joints."""
         with self.lock:
             return self.pipeline.process(sample)
 
@@ -181,6 +183,7 @@ class Runtime:
     def reset(self) -> None:
         """Forget the samples so far; the counts stay."""
         self.evaluator.reset()
+        self.pipeline.readings.joiner.clear()
         self.result = None
 
     def _warm_up(self) -> None:

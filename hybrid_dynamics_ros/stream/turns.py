@@ -51,7 +51,7 @@ class TurnRows(NamedTuple):
     wraps: Counter[str]
 
 
-class WholeTurns:
+class TurnCounter:
     """Continues the angles of some joints, sample by sample or many at once, to the same bits.
 
     After a gap, and where stamps go back, the reading is taken as it is.

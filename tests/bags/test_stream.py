@@ -129,7 +129,12 @@ numbers = st.one_of(st.floats(0.08, 0.2), st.sampled_from([0.1, 0.9, 1e300, np.n
 steps = st.sampled_from(
     [10 * MS, 10 * MS, 9_999_999, 1, 0, -5 * MS, 600 * MS, 2 * MS]
 )  # from the message before [ns]
-NAMES = [ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")]
+HALVES = [("q1", "q12"), ("q4", "q22"), ("q22", "q4", "hose")]  # of several drivers
+NAMES = [
+    *(ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")),
+    *HALVES,
+]
+KINDS = ["good", "good", "good", "odd", "short", "none", "absent", "same"]
 
 
 @st.composite
@@ -137,12 +142,8 @@ def sequences(draw):
     """JointState messages: reordered joints, gaps, duplicates, resets, odd values and lengths."""
     stamp, pairs = START, []
     for k in range(draw(st.integers(1, 40))):
-        names = draw(
-            st.sampled_from(
-                [ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")]
-            )
-        )
-        kind = draw(st.sampled_from(["good", "good", "good", "odd", "short", "none", "same"]))
+        names = draw(st.sampled_from(NAMES))
+        kind = draw(st.sampled_from(KINDS))
         if kind == "same" and pairs:
             pairs.append(pairs[-1])
             continue
@@ -155,8 +156,10 @@ def sequences(draw):
         velocity = [] if kind == "none" else [0.01 * draw(st.integers(-3, 3)) for _ in names]
         if kind == "odd" and names:
             (position if draw(st.booleans()) or not velocity else velocity)[
-                draw(st.integers(0, 2))
+                draw(st.integers(0, len(names) - 1))
             ] = draw(numbers)
+        if kind == "absent":
+            velocity = [draw(st.sampled_from([0.01, np.nan])) for _ in names]
         if kind == "short":
             position = position[:-1]
         pairs.append((START + k, joint_state(stamp, names, position, velocity)))

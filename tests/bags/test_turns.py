@@ -15,7 +15,7 @@ from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.report_tables import facts_table
 from hybrid_dynamics_ros.messages.joint_samples import Calibration
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
-from hybrid_dynamics_ros.stream.turns import TURN, WholeTurns
+from hybrid_dynamics_ros.stream.turns import TURN, TurnCounter
 from tests.bags.calling import printed
 from tests.bags.messages import START, bag, joint_state
 from tests.bags.test_stream import assert_same, streamed
@@ -142,7 +142,7 @@ def test_reports_and_identification_count_the_turns(forging, tmp_path):
 
 
 def test_a_turn_in_a_sample_is_motion_where_a_velocity_says_so():
-    turns = WholeTurns(["spindle"], [True], 0.5)
+    turns = TurnCounter(["spindle"], [True], 0.5)
     state = None
     position = 400.0 * STEP * np.arange(20)[:, None]  # more than half a turn a sample
     for k, angle in enumerate(position):
@@ -154,7 +154,7 @@ def test_a_turn_in_a_sample_is_motion_where_a_velocity_says_so():
 
 
 def test_readings_are_taken_as_they_are_after_a_gap_and_back_in_time():
-    turns = WholeTurns(["a", "slide"], [True, False], 0.5)
+    turns = TurnCounter(["a", "slide"], [True, False], 0.5)
     state, _ = turns.step(None, 0, np.array([3.0, 0.0]), None)
     state, at = turns.step(state, 10 * MS, np.array([-3.0, 7.0]), None)
     np.testing.assert_allclose(at, [TURN - 3.0, 7.0])  # a slide may jump

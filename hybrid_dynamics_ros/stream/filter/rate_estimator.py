@@ -11,7 +11,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,7 @@ class RateRows:
         acceleration: (N, n) [rad/s^2 or m/s^2]; NaN where it is not known.
         has_acceleration: (N,).
         events: how often a stamp was which event to the filter.
-        state: the estimator's state after the last sample; None where rates were given.
+        state: that of what made them, after the last sample; None where rates were given.
     """
 
     velocity: FloatArray
@@ -70,7 +70,7 @@ class RateRows:
     acceleration: FloatArray
     has_acceleration: Mask
     events: Counter[StampEvent]
-    state: EstimatorState | None
+    state: Any
 
     @staticmethod
     def given(velocity: FloatArray, acceleration: FloatArray) -> RateRows:
