@@ -141,4 +141,4 @@ def test_a_json_file_is_a_description(indent: int | str | None, tmp_path: Path) 
 
 
 def test_a_joint_without_a_power_limit_has_none() -> None:
-    assert parsed({}).joints["q"].power_limit == math.inf
+    assert parsed({"rpy": [0, 0, 0]}).joints["q"].power_limit == math.inf
