@@ -157,7 +157,6 @@ class _Builder:
             limits,
             entry.bound("effort_limit"),
             entry.bound("velocity_limit"),
-            entry.bound("power_limit"),
         )
 
     def reference(self) -> Mapping[str, float]:

@@ -6,9 +6,8 @@ It is traced, compiled and loaded when first called. What was made is kept on di
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
@@ -27,25 +26,6 @@ from .trace import Trace, Traceable, trace
 Codes = NDArray[np.int64]
 _FORMS: tuple[Form, ...] = ("one", "rows")
 VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
-_MAY_MAKE: ContextVar[bool] = ContextVar("kernels may be made", default=True)
-
-
-class NotStoredError(Exception):
-    """Code would have to be made, where only what is kept on disk may be taken."""
-
-
-@contextmanager
-def stored_only() -> Iterator[None]:
-    """Take code from disk alone, in this thread: what would have to be made raises.
-
-    Raises:
-        NotStoredError: at the first kernel whose code is not on disk.
-    """
-    token = _MAY_MAKE.set(False)
-    try:
-        yield
-    finally:
-        _MAY_MAKE.reset(token)
 
 
 class Kernel:
@@ -99,7 +79,6 @@ class Kernel:
             stored = self._stored(form)
             if stored is not None:
                 return stored.facts
-        self._require_making()
         with self._waiting():
             return artifact.facts_of(self.trace)
 
@@ -129,10 +108,6 @@ class Kernel:
     def fill_one(self, arguments: Sequence[Array], outs: Sequence[Array]) -> int:
         """Fill the outputs of one state from any arrays of the right sizes; the status."""
         status = self.one(*arguments, *outs)
-        if status != NOT_TAKEN:
-            return status
-        # as another process sent them: equal in type, but not of the very type object
-        status = self.one(*[a.astype(np.float64) for a in arguments], *outs)
         if status != NOT_TAKEN:
             return status
         codes = np.empty(1, dtype=np.int64)
@@ -167,7 +142,6 @@ class Kernel:
     def _load(self, form: Form) -> Callable[..., int]:
         made = self._stored(form)
         if made is None:
-            self._require_making()
             with self._waiting():
                 made = artifact.make(self.trace, form, self._maker, self._key(form))
         return self._maker.load(made)
@@ -175,10 +149,6 @@ class Kernel:
     @property
     def _maker(self) -> Backend:
         return native if self.backend == native.NAME else generated
-
-    def _require_making(self) -> None:
-        if not _MAY_MAKE.get():
-            raise NotStoredError(self._label)
 
     def _waiting(self) -> AbstractContextManager[None]:
         where = "not kept: no cache" if self._identity is None else "once; kept in the cache"

@@ -76,6 +76,7 @@ def test_degrees_are_reported_with_file_and_line(key: str, value: str, message: 
     [
         ("limits", "[-4*pi, 4*pi]"),
         ("limits", "[-12.56637, 12.56637]"),  # the same, printed
+        ("limits", "[-7.853982, 10.99557]"),  # five and seven quarters of a turn, printed
         ("limits", "[-6.3, 6.3]"),  # a turn, rounded
         ("limits", "[-1e16, 1e16]"),  # none
         ("limits", "[-180*deg, 180*deg]"),

@@ -81,6 +81,13 @@ def test_tabs_and_second_colons_are_reported_as_such() -> None:
     )
 
 
+@pytest.mark.parametrize("text", ["a: 1\nb: \tc: 2\n", "a:\n  - x\n  -\t\ty: 1\n"])
+def test_a_tab_after_a_sign_is_not_called_an_indentation(text: str) -> None:
+    message = message_of(text)
+    assert r"found character '\t' that cannot start any token" in message
+    assert "indented" not in message
+
+
 def test_a_file_without_its_format_says_how_to_write_it() -> None:
     assert "missing 'format'; write `format: 1`" in message_of(
         four_bar("A").replace("format: 1\n", "")

@@ -8,7 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.closure.constraints.from_description import loop_equations
+from hybrid_dynamics_core.closure.reference_search import closed_near
 from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.generated.reframed import reframed
 from tests.sampling import examples
 
@@ -175,6 +178,24 @@ def test_what_is_drawn_open_closes_with_the_first_joint_where_it_is() -> None:
     assert any("open as the file draws them" in note for note in machine.description.notes)
     qb = machine.close([0.0]).z[0]
     assert np.cos(qb) == pytest.approx((0.25**2 + 0.5**2 - 0.4**2) / (2 * 0.25 * 0.5), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"), [(-0.05, 2.0), (-2.0, 0.05), (-0.05, 0.7), (-0.7, 0.05)]
+)
+@pytest.mark.parametrize("start", [(0.0, 0.1, 0.1), (0.0, -0.1, -0.1)])
+def test_of_two_ways_to_close_the_one_that_limits_allow_best_is_taken(
+    lower: float, upper: float, start: tuple[float, float, float]
+) -> None:
+    """It closes at qb = 0.915 and -0.915, both beyond the narrower limits."""
+    limited = OPEN.replace("child: b, axis: y,", f"child: b, axis: y, limits: [{lower}, {upper}],")
+    description = parse_description(limited, file="limited.yaml")
+    tree = build_tree(description)
+    loops = loop_equations(tree, description, frozenset(range(3)))
+    closed = closed_near(tree, loops, start, [1, 2], driven_may_move=False)
+    assert closed.is_closed
+    qb = 0.91473574 if upper > -lower else -0.91473574
+    assert closed.s[1] == pytest.approx(qb, abs=1e-6)
 
 
 UPRIGHT = """\

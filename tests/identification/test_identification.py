@@ -290,6 +290,12 @@ class TestConsistency:
         result = consistent(1e3 * np.eye(10), 1e3 * body, prior, 1, 1e-3)
         assert result == pytest.approx(body, abs=1e-6)
 
+    @pytest.mark.parametrize("size", [1e-8, 1e-3])
+    def test_they_stay_however_small_the_body(self, size: float) -> None:
+        body = size * np.array([2.0, 0.1, 0.0, 0.2, 0.3, 0.01, 0.0, 0.3, 0.0, 0.2])
+        result = consistent(1e3 / size * np.eye(10), 1e3 / size * body, np.array(BODY), 1, 1e-3)
+        assert result == pytest.approx(body, abs=1e-6 * size)
+
     def test_impossible_measurements_go_to_the_nearest_body(self) -> None:
         """A negative mass and a triangle inequality broken by measurement."""
         prior = np.array(BODY)

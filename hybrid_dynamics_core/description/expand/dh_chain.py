@@ -14,7 +14,6 @@ _JOINT_KEYS = (  # of a row that a joint has too
     "limits",
     "effort_limit",
     "velocity_limit",
-    "power_limit",
     "friction",
     "drive",
     "spring",

@@ -1,1 +1,0 @@
-"""The process of the node: signals, and what ends it where it hangs."""
