@@ -13,7 +13,7 @@ from .formats.reader import parse_description, read_description
 from .ground.suggestions import suggestion
 from .robot.robot import Robot
 
-_SUFFIXES = (".yaml", ".yml", ".urdf", ".sdf", ".xml", ".mjcf")
+_SUFFIXES = (".yaml", ".yml", ".json", ".urdf", ".sdf", ".xml", ".mjcf")
 
 
 def shipped_robots() -> tuple[str, ...]:

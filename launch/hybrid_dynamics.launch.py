@@ -6,6 +6,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 PACKAGE = "hybrid_dynamics_ros"
+RESPAWN_DELAY = 1.0  # [s]
 ARGUMENTS = (
     ("robot", "forging_chu2020", "Name of a shipped robot, or path of a description file"),
     ("params_file", "", "File with parameters of the node. Empty: defaults"),
@@ -13,6 +14,9 @@ ARGUMENTS = (
     ("namespace", "", "Namespace of the node"),
     ("autostart", "true", "Configure and activate at once; false: a lifecycle manager does"),
     ("use_sim_time", "false", "Time from /clock"),
+    ("qos", "", "Quality of service of all topics, as the parameters qos.* have it. Empty: theirs"),
+    ("log_level", "info", "debug, info, warn, error or fatal"),
+    ("respawn", "false", "Start the node again where it ends with an error"),
 )
 
 
@@ -30,19 +34,23 @@ def start_node(context: LaunchContext) -> list[Node]:
     parameters = []
     if given["params_file"]:
         parameters.append(given["params_file"])
-    parameters.append(
-        {
-            "robot": given["robot"],
-            "autostart": given["autostart"] == "true",
-            "use_sim_time": given["use_sim_time"] == "true",
-        }
-    )
+    arguments = {
+        "robot": given["robot"],
+        "autostart": given["autostart"] == "true",
+        "use_sim_time": given["use_sim_time"] == "true",
+    }
+    if given["qos"]:
+        arguments |= {"qos.input": given["qos"], "qos.output": given["qos"]}
+    parameters.append(arguments)
     node = Node(
         package=PACKAGE,
         executable="hybrid_dynamics_node",
         name=given["name"],
         namespace=given["namespace"],
         parameters=parameters,
+        ros_arguments=["--log-level", given["log_level"]],
+        respawn=given["respawn"] == "true",
+        respawn_delay=RESPAWN_DELAY,
         output="screen",
     )
     return [node]

@@ -1,8 +1,9 @@
-"""Start the node, robot_state_publisher and RViz.
+"""Start the node, robot_state_publisher and RViz, which have to be installed.
 
 ros2 launch hybrid_dynamics_ros view.launch.py robot:=excavator
 """
 
+from ament_index_python import PackageNotFoundError, get_package_prefix
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
@@ -32,6 +33,8 @@ def show(context: LaunchContext) -> list[Node]:
 
     The base frame of the robot is RViz's fixed frame.
     """
+    for package in ("robot_state_publisher", "rviz2"):
+        require(package)
     robot = load(LaunchConfiguration("robot").perform(context))
     publisher = Node(
         package="robot_state_publisher",
@@ -44,3 +47,12 @@ def show(context: LaunchContext) -> list[Node]:
         package="rviz2", executable="rviz2", arguments=["-d", config, "-f", robot.base_frame]
     )
     return [publisher, rviz]
+
+
+def require(package: str) -> None:
+    """Raise where a package is missing: only this file needs it, so that it is no dependency."""
+    try:
+        get_package_prefix(package)
+    except PackageNotFoundError as error:
+        name = f"ros-jazzy-{package.replace('_', '-')}"
+        raise RuntimeError(f"{package} is not installed: sudo apt install {name}") from error

@@ -128,10 +128,14 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     base = base_rows(result)
     efforts = effort_rows(result, machine)
     lines = report_lines(result, base, efforts, machine.joint_types, everything=everything)
+    counts = recording.counts
+    if counts.wraps:
+        lines += ["", f"samples: {counts.summary()}"]
     if place is not None:
         write_base(place, base)
         lines += ["", written(place, "the base parameters")]
-    show(facts(result, base, efforts, recording.losses), as_json, "\n".join(lines))
+    answer = facts(result, base, efforts, recording.losses) | {"summary": counts.summary()}
+    show(answer, as_json, "\n".join(lines))
     tell_losses(recording.losses)
     if recording.losses:
         context.exit(LOST)

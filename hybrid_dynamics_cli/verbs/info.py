@@ -96,6 +96,7 @@ def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]
             "limits": plain(limits),
             "effort_limit": plain(joint.effort_limit),
             "velocity_limit": plain(joint.velocity_limit),
+            "power_limit": plain(joint.power_limit),
         }
         coordinates.append(entry)
     return coordinates
@@ -121,6 +122,9 @@ def text(machine: Robot, data: dict[str, Any]) -> str:
     bounds = _bound_rows(data["coordinates"])
     if bounds:
         lines += ["", table(["coordinate", "largest effort", "", "largest rate", ""], bounds)]
+    powers = _power_rows(data["coordinates"])
+    if powers:
+        lines += ["", table(["coordinate", "largest power", ""], powers)]
     if data["loops"]:
         lines += ["", _loop_table(data["loops"])]
     for loop, count in data["redundant_equations"].items():
@@ -160,6 +164,12 @@ def _bound_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
         kind = entry["type"]
         rows.append([entry["name"], effort, effort_unit(kind), rate, coordinate_unit(kind, "/s")])
     return rows
+
+
+def _power_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
+    """Largest power of the drives that have any."""
+    limited = [entry for entry in coordinates if entry["power_limit"] is not None]
+    return [[entry["name"], number(entry["power_limit"]), "W"] for entry in limited]
 
 
 def _limit(value: float | None) -> str:

@@ -157,6 +157,7 @@ class _Builder:
             limits,
             entry.bound("effort_limit"),
             entry.bound("velocity_limit"),
+            entry.bound("power_limit"),
         )
 
     def reference(self) -> Mapping[str, float]:

@@ -19,6 +19,7 @@ _AXES = {
     "y": (0.0, 1.0, 0.0),
     "z": (0.0, 0.0, 1.0),
 }
+_ORTHONORMAL = 1e-13  # what products of rotations leave
 _GIMBAL_LOCK = 1e-9  # cosine of the pitch below which roll and yaw turn about one axis
 
 
@@ -128,6 +129,14 @@ def rotation_from_quaternion(quaternion: Array) -> Array:
     """Rotation matrix (3, 3) of a quaternion w, x, y, z of any length above zero."""
     w, x, y, z = quaternion
     return snapped(rotation_matrix((x, y, z, w)))
+
+
+def nearest_rotation(matrix: Array) -> Array:
+    """The rotation matrix (3, 3) nearest to one that was rounded; itself where it is one."""
+    if np.abs(matrix @ matrix.T - IDENTITY).max() <= _ORTHONORMAL:
+        return snapped(matrix)
+    left, _, right = np.linalg.svd(matrix)
+    return snapped(left @ right)
 
 
 def snapped(matrix: Sequence[Sequence[float]] | Array) -> Array:

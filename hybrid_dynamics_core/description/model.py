@@ -80,6 +80,7 @@ class Joint:
         limits: (lower, upper) [rad or m], infinite where the file gives none.
         effort_limit: largest effort of what drives it [N m or N], infinite where none is given.
         velocity_limit: largest rate of the coordinate [rad/s or m/s], infinite where none is given.
+        power_limit: largest power of what drives it [W], infinite where none is given.
     """
 
     name: str
@@ -92,6 +93,7 @@ class Joint:
     limits: tuple[float, float] = (-math.inf, math.inf)
     effort_limit: float = math.inf
     velocity_limit: float = math.inf
+    power_limit: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,10 @@ _BY_KEY: dict[str, Units] = {
     "com": ("m",),
     "xyz": ("m",),
     "rpy": ("rad",),
+    "angle": ("rad",),
+    "quat": ("1",),
+    "quat_xyzw": ("1",),
+    "matrix": ("1",),
     "inertia": _INERTIA,
     "principal": _INERTIA,
     "xx": _INERTIA,
@@ -33,6 +37,7 @@ _BY_KEY: dict[str, Units] = {
     "stroke": ("m",),
     "return_pressure": ("Pa",),
     "supply_pressure": ("Pa",),
+    "power_limit": ("W",),
 }
 _COORDINATES = ("limits", "offset", "rest")
 _RATES = ("velocity_limit", "smoothing")

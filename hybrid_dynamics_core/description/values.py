@@ -9,12 +9,23 @@ from functools import reduce
 from operator import matmul
 from typing import Any, TypeVar
 
+import numpy as np
+
 from ..ground.arrays import Array, frozen
 from ..ground.suggestions import did_you_mean
 from ..ground.wording import singular_or_plural
 from .document import Data, Document, KeyPath
 from .expressions import evaluate
-from .geometry import IDENTITY, Transform, rotation_from_rpy, rotation_with_z_axis, unit_axis
+from .geometry import (
+    IDENTITY,
+    Transform,
+    nearest_rotation,
+    rotation_about,
+    rotation_from_quaternion,
+    rotation_from_rpy,
+    rotation_with_z_axis,
+    unit_axis,
+)
 from .value_units import units_at
 
 ENDLESS = 1e4  # [rad] limits beyond this mean that there are none
@@ -22,6 +33,8 @@ _ONE_TURN = 1.01 * math.tau  # [rad] a printed turn is 6.28 or 6.3
 _PI_SLACK = 1e-5  # relative: multiples of pi as programs print them
 _LARGEST = 1e12  # beyond this an SI value of a robot is a slip
 _ZERO_VECTOR = [0, 0, 0]
+_ROUNDED = 1e-6  # of unit length: beyond it a note says that a rotation was rounded
+_PRINTED = 1e-2  # of unit length: beyond it a matrix is no rotation that was rounded
 
 _ANGLE_UNIT = re.compile(r"\b(pi|deg|rad|rpm)\b")
 _SINGLE_TERM = re.compile(r"\s*[-+]?[\w.]+\s*")
@@ -105,14 +118,68 @@ class ValueReader:
     def pose(self, entry: Entry, path: KeyPath) -> Transform:
         """A pose from {xyz, rpy}, or from a list of such steps.
 
-        Each step is taken in the frame that the one before reached.
+        Each step is taken in the frame that the one before reached. In place of `rpy` there may be
+        `quat`, `matrix` or `axis_angle`.
         """
         if isinstance(entry, list):
             return reduce(matmul, read_each(self.pose, entry, path))
         translation = self._translation(entry, path)
-        angles = entry.get("rpy", _ZERO_VECTOR)
-        roll, pitch, yaw = read_each(self.angle, angles, (*path, "rpy"))
-        return Transform(rotation_from_rpy(roll, pitch, yaw), translation)
+        return Transform(self.rotation(entry, path), translation)
+
+    def rotation(self, entry: Data, path: KeyPath) -> Array:
+        """The rotation matrix (3, 3) of a pose, in whichever form it is written."""
+        readers: dict[str, Callable[[Any, KeyPath], Array]] = {
+            "rpy": self._from_rpy,
+            "quat": self._from_quaternion,
+            "quat_xyzw": self._from_quaternion,
+            "matrix": self._from_matrix,
+            "axis_angle": self._from_axis_angle,
+            "axis": self._with_z_axis,  # of the end of a closure
+        }
+        forms = [form for form in readers if form in entry]
+        if len(forms) > 1:
+            given = " and ".join(forms)
+            raise self.document.error(path, f"gives {given}; expected one rotation, in one form")
+        if not forms:
+            return IDENTITY
+        form = forms[0]
+        return readers[form](entry[form], (*path, form))
+
+    def _from_rpy(self, angles: list[Scalar], path: KeyPath) -> Array:
+        roll, pitch, yaw = read_each(self.angle, angles, path)
+        return rotation_from_rpy(roll, pitch, yaw)
+
+    def _from_quaternion(self, components: list[Scalar], path: KeyPath) -> Array:
+        """The rotation of a quaternion x, y, z, w of any length above zero."""
+        x, y, z, w = self.vector(components, path)
+        length = math.hypot(x, y, z, w)
+        if length == 0.0:
+            problem = "has no length; expected [x, y, z, w], as [0, 0, 0, 1] for no rotation"
+            raise self.document.error(path, problem)
+        if abs(length - 1.0) > _ROUNDED:
+            self.document.note(path, f"the quaternion has the length {length:.9g}; taken: 1")
+        unit = np.array([w, x, y, z]) / length
+        return rotation_from_quaternion(unit)
+
+    def _from_matrix(self, rows: list[list[Scalar]], path: KeyPath) -> Array:
+        """A rotation matrix; one that was rounded becomes the nearest rotation."""
+        matrix = np.array(read_each(self.vector, rows, path))
+        apart = float(np.abs(matrix @ matrix.T - IDENTITY).max())
+        if apart > _PRINTED:
+            problem = f"its rows are off unit length and right angles by {apart:.3g}"
+            raise self.document.error(path, f"is no rotation: {problem}")
+        if np.linalg.det(matrix) < 0.0:
+            problem = "is a reflection, not a rotation (determinant -1); turn one of its axes round"
+            raise self.document.error(path, problem)
+        if apart > _ROUNDED:
+            remark = f"rows are off unit length and right angles by {apart:.3g}"
+            self.document.note(path, f"{remark}; the nearest rotation is taken")
+        return nearest_rotation(matrix)
+
+    def _from_axis_angle(self, entry: Data, path: KeyPath) -> Array:
+        axis = self.axis(entry["axis"], (*path, "axis"))
+        angle = self.angle(entry["angle"], (*path, "angle"))
+        return rotation_about(axis, angle)
 
     def attachment(self, entry: Entry, path: KeyPath) -> Transform:
         """The end of a closure on a link: [x, y, z], a pose, or a point with an axis.
@@ -123,10 +190,10 @@ class ValueReader:
             if isinstance(entry[0], Mapping):
                 return self.pose(entry, path)
             return Transform(IDENTITY, self.vector(entry, path))
-        if "axis" not in entry:
-            return self.pose(entry, path)
-        axis = self.axis(entry["axis"], (*path, "axis"))
-        return Transform(rotation_with_z_axis(axis), self._translation(entry, path))
+        return self.pose(entry, path)
+
+    def _with_z_axis(self, entry: str | list[Any], path: KeyPath) -> Array:
+        return rotation_with_z_axis(self.axis(entry, path))
 
     def _translation(self, entry: Data, path: KeyPath) -> Array:
         """The vector (3,) [m] of `xyz`."""

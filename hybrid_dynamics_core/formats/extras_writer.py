@@ -124,6 +124,8 @@ def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Da
             entry["effort_limit"] = joint.effort_limit
         if math.isfinite(joint.velocity_limit) and Feature.VELOCITY_LIMITS not in features:
             entry["velocity_limit"] = joint.velocity_limit
+        if math.isfinite(joint.power_limit):
+            entry["power_limit"] = joint.power_limit
         if name in robot.effects:
             entry |= _effect_entries(robot.effects[name], features)
         if name in robot.mimics and _mimic_feature(robot.mimics[name]) not in features:

@@ -31,7 +31,7 @@ _FARTHEST = {"link": "farthest"}
 def read_description(path: str | Path) -> RobotDescription:
     """Read, check and expand a description file; its content tells which kind it is.
 
-    Kinds: YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF.
+    Kinds: YAML or JSON of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF.
 
     Args:
         path: of the file.
@@ -54,7 +54,7 @@ def read_description(path: str | Path) -> RobotDescription:
 
 
 def parse_description(text: str, file: FilePath = None) -> RobotDescription:
-    """Read, check and expand the text of a YAML description.
+    """Read, check and expand the text of a YAML or JSON description.
 
     Args:
         text: the description.
@@ -63,7 +63,7 @@ def parse_description(text: str, file: FilePath = None) -> RobotDescription:
     Raises:
         DescriptionError: the text is wrong.
     """
-    document = read_yaml(text, file)
+    document = read_yaml(_without_tabs(text), file)
     if is_gepetto(document.data):
         return _described(gepetto_document(document))
     check_schema(document)
@@ -117,6 +117,12 @@ def read_urdf(
     elif data["end_effector"] == _FARTHEST:
         data["end_effector"] = {"link": farthest_link(document)}
     return _described(document)
+
+
+def _without_tabs(text: str) -> str:
+    """JSON as YAML takes it: it may have tabs between its entries, where YAML has none."""
+    is_json = text.lstrip("\ufeff \t\r\n").startswith("{")
+    return text.replace("\t", " ") if is_json else text
 
 
 def _described(document: Document) -> RobotDescription:

@@ -39,5 +39,7 @@ class Picklable:
             if isinstance(value, dict):
                 restored = MappingProxyType(value)
             elif isinstance(value, np.ndarray):
-                value.flags.writeable = False
+                # compiled code knows a type by its object, and pickle makes another one
+                restored = value.astype(value.dtype.type)
+                restored.flags.writeable = False
             object.__setattr__(self, name, restored)

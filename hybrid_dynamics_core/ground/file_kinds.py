@@ -15,7 +15,15 @@ from .suggestions import suggestion
 BAG_METADATA: Final = "metadata.yaml"
 STORAGE_SUFFIXES: Final = (".mcap", ".db3")  # of recordings, compressed or not
 _TABLE_SUFFIXES: Final = (".csv", ".npz", ".parquet")
-_TEXT_SUFFIXES: Final = (".yaml", ".yml", ".urdf", ".xml", ".sdf", ".xacro")  # may hold a robot
+_TEXT_SUFFIXES: Final = (
+    ".yaml",
+    ".yml",
+    ".json",
+    ".urdf",
+    ".xml",
+    ".sdf",
+    ".xacro",
+)  # may hold a robot
 _ROBOT_FILES: Final = "a robot description (YAML, URDF, SDFormat or MJCF)"
 _HEAD_SIZE: Final = 65_536  # bytes that are read
 _MAX_STRANGE_SHARE: Final = 0.3  # of characters that no text has, in any 8-bit encoding

@@ -16,6 +16,7 @@ import json
 import os
 import platform
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,23 @@ def folder() -> Path | None:
     except OSError:
         return None
     return place if _is_private(status) else None
+
+
+@contextlib.contextmanager
+def at_least_meanwhile() -> Iterator[None]:
+    """Where no folder is kept, have one that is removed at the end: processes share code in it."""
+    if folder() is not None:
+        yield
+        return
+    setting = os.environ.get(VARIABLE)
+    with tempfile.TemporaryDirectory(prefix="hybrid_dynamics_") as place:
+        os.environ[VARIABLE] = place
+        try:
+            yield
+        finally:
+            os.environ.pop(VARIABLE)
+            if setting is not None:
+                os.environ[VARIABLE] = setting
 
 
 def _is_private(status: os.stat_result) -> bool:

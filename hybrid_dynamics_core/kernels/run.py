@@ -6,8 +6,9 @@ It is traced, compiled and loaded when first called. What was made is kept on di
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,25 @@ from .trace import Trace, Traceable, trace
 Codes = NDArray[np.int64]
 _FORMS: tuple[Form, ...] = ("one", "rows")
 VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
+_MAY_MAKE: ContextVar[bool] = ContextVar("kernels may be made", default=True)
+
+
+class NotStoredError(Exception):
+    """Code would have to be made, where only what is kept on disk may be taken."""
+
+
+@contextmanager
+def stored_only() -> Iterator[None]:
+    """Take code from disk alone, in this thread: what would have to be made raises.
+
+    Raises:
+        NotStoredError: at the first kernel whose code is not on disk.
+    """
+    token = _MAY_MAKE.set(False)
+    try:
+        yield
+    finally:
+        _MAY_MAKE.reset(token)
 
 
 class Kernel:
@@ -79,6 +99,7 @@ class Kernel:
             stored = self._stored(form)
             if stored is not None:
                 return stored.facts
+        self._require_making()
         with self._waiting():
             return artifact.facts_of(self.trace)
 
@@ -108,6 +129,10 @@ class Kernel:
     def fill_one(self, arguments: Sequence[Array], outs: Sequence[Array]) -> int:
         """Fill the outputs of one state from any arrays of the right sizes; the status."""
         status = self.one(*arguments, *outs)
+        if status != NOT_TAKEN:
+            return status
+        # as another process sent them: equal in type, but not of the very type object
+        status = self.one(*[a.astype(np.float64) for a in arguments], *outs)
         if status != NOT_TAKEN:
             return status
         codes = np.empty(1, dtype=np.int64)
@@ -142,6 +167,7 @@ class Kernel:
     def _load(self, form: Form) -> Callable[..., int]:
         made = self._stored(form)
         if made is None:
+            self._require_making()
             with self._waiting():
                 made = artifact.make(self.trace, form, self._maker, self._key(form))
         return self._maker.load(made)
@@ -149,6 +175,10 @@ class Kernel:
     @property
     def _maker(self) -> Backend:
         return native if self.backend == native.NAME else generated
+
+    def _require_making(self) -> None:
+        if not _MAY_MAKE.get():
+            raise NotStoredError(self._label)
 
     def _waiting(self) -> AbstractContextManager[None]:
         where = "not kept: no cache" if self._identity is None else "once; kept in the cache"

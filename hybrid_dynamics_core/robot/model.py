@@ -181,6 +181,11 @@ class RobotModel:
         return frozen([self.description.joints[name].velocity_limit for name in self.active])
 
     @lazy
+    def power_limits(self) -> Array:
+        """Largest power (n,) of the drive of each active joint [W], infinite if none is given."""
+        return frozen([self.description.joints[name].power_limit for name in self.active])
+
+    @lazy
     def closing_range(self) -> Array:
         """Range (n, 2) of each active coordinate in which the loops close [rad, m].
 

@@ -151,6 +151,11 @@ class Robot:
         return self._model.velocity_limits
 
     @property
+    def power_limits(self) -> Array:
+        """Largest power (n,) of the drive of each active joint [W], infinite if none is given."""
+        return self._model.power_limits
+
+    @property
     def closing_range(self) -> Array:
         """Range (n, 2) of each active coordinate between the toggle points of its loop [rad, m].
 

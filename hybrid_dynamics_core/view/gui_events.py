@@ -1,8 +1,8 @@
-"""From viser's threads to the one that moves the robot."""
+"""From viser's event loop to the thread that moves the robot."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -12,6 +12,22 @@ Action = Callable[[], None]
 Enqueue = Callable[
     [str, Action], None
 ]  # a key, of which only the last action counts, and what to do
+Handler = Callable[["viser.GuiEvent[Any]"], Coroutine[Any, Any, None]]
+
+
+def in_order(act: Callable[[viser.GuiEvent[Any]], None]) -> Handler:
+    """Hear of events of controls in the order in which the browser sent them.
+
+    viser gives plain functions to a pool of threads, where a later event may overtake.
+
+    Args:
+        act: returns at once, it runs in viser's event loop.
+    """
+
+    async def handle(event: viser.GuiEvent[Any]) -> None:
+        act(event)
+
+    return handle
 
 
 def set_value(control: viser.GuiInputHandle[Any], value: float | str) -> None:

@@ -13,7 +13,7 @@ import viser
 
 from ..description.expressions import evaluate
 from ..errors import InputError
-from .gui_events import is_from_browser
+from .gui_events import in_order, is_from_browser
 from .ranges import Range
 from .slider import Slider
 
@@ -43,6 +43,7 @@ class NumberInput:
         by_label = {slider.label: slider for slider in sliders}
 
         @self._line.on_update
+        @in_order
         def _(event: viser.GuiEvent[Any]) -> None:
             if not is_from_browser(event):
                 return

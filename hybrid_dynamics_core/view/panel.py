@@ -13,7 +13,7 @@ from ..closed_state.assembly_modes import AssemblyMode
 from ..ground.arrays import Array
 from ..ground.units import coordinate_unit
 from . import panel_html
-from .gui_events import Enqueue, is_from_browser, set_value
+from .gui_events import Enqueue, in_order, is_from_browser, set_value
 from .number_input import NumberInput
 from .playback import Playback
 from .ranges import Range, round_value, slider_ranges
@@ -132,9 +132,10 @@ class Panel:
             with self.gui.add_folder("Idle joints"):
                 for k in range(driven, len(robot.active)):
                     self._add_slider(k, ranges[k])
-        reset.on_click(lambda _: self.enqueue("reset", self._reset))
+        reset.on_click(in_order(lambda _: self.enqueue("reset", self._reset)))
 
         @fit.on_click
+        @in_order
         def _(event: viser.GuiEvent[Any]) -> None:
             self.enqueue("fit", partial(self.fit, event.client))
 
@@ -174,6 +175,7 @@ class Panel:
             self._modes = self.gui.add_html("")
 
         @self._mode.on_update
+        @in_order
         def _(event: viser.GuiEvent[Any]) -> None:
             if is_from_browser(event):
                 wanted = str(event.target.value)

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import viser
 
-from .gui_events import Enqueue
+from .gui_events import Enqueue, in_order
 from .motion import Motion
 from .panel_html import note_html
 from .ranges import Range
@@ -46,10 +46,11 @@ class Playback:
             if motion.note:
                 gui.add_html(note_html(motion.note))
             speed = gui.add_dropdown("speed", SPEEDS, initial_value="1 x")
-        self._play.on_click(lambda _: enqueue("play", self._toggle))
+        self._play.on_click(in_order(lambda _: enqueue("play", self._toggle)))
         self.slider.on_request("time", enqueue, self.seek)
 
         @speed.on_update
+        @in_order
         def _(event: viser.GuiEvent[Any]) -> None:
             value = float(str(event.target.value).removesuffix(" x"))
             enqueue("speed", lambda: setattr(self, "speed", value))

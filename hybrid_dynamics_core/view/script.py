@@ -15,11 +15,12 @@ from typing import Final
 #
 # Escape drops the text, as does an empty box. The box does not hear that it loses the focus, for it
 # would write a number of its own making. Going to a box is reported without a text, since a motion
-# that plays would write into it. If another browser writes into it, what was typed goes on.
+# that plays would write into it. The page itself gives the focus back to a box whose number comes
+# late, which is nobody's going there. If another browser writes into it, what was typed goes on.
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
-let held = null, before = '', typed = '', typedIn = null;
+let held = null, before = '', typed = '', typedIn = null, byTab = false;
 const boxes = 'div:has(> .mantine-Slider-root) .mantine-NumberInput-input';
 const own = event => event.target instanceof HTMLInputElement && event.target.matches(boxes);
 const write = (box, text) =>
@@ -39,8 +40,13 @@ const tell = () => {
   drop();
   if (typed.trim()) send(box, typed);
 };
-document.addEventListener('focusin', event => {
+document.addEventListener('pointerdown', event => {
   if (own(event)) send(event.target, null);
+}, true);
+document.addEventListener('keydown', event => { byTab = event.key === 'Tab'; }, true);
+document.addEventListener('focusin', event => {
+  if (own(event) && byTab) send(event.target, null);
+  byTab = false;
 }, true);
 document.addEventListener('beforeinput', event => {
   if (!own(event)) return;

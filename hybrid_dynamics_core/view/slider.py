@@ -9,7 +9,7 @@ import numpy as np
 import viser
 
 from ..errors import InputError
-from .gui_events import Enqueue, is_from_browser, set_value
+from .gui_events import Enqueue, in_order, is_from_browser, set_value
 from .ranges import Range, decimals, on_round_steps, on_step
 
 Value = Callable[[], float]  # a value, once it is checked
@@ -54,6 +54,7 @@ class Slider:
         self._request = lambda value: enqueue(key, lambda: act(value()))
 
         @self.handle.on_update
+        @in_order
         def _(event: viser.GuiEvent[Any]) -> None:
             if is_from_browser(event):
                 wanted = float(event.target.value)

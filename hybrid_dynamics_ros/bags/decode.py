@@ -15,14 +15,17 @@ from ..messages.cdr import Bytes
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE, deserialize
 from ..messages.joint_samples import (
     LARGEST,
+    LONGEST,
     FloatArray,
     JointOrder,
     JointSample,
     RejectedError,
     RejectionCode,
     nanoseconds,
+    oversized,
 )
 from ..messages.joint_state_layout import JointStateLayout, LayoutError, layout_of
+from ..messages.readings import MAX_AGE, ReadingOrder
 from .samples import Samples
 from .storage.storage import Messages
 
@@ -40,6 +43,7 @@ class Decoder:
         *,
         bulk: bool = True,
         resting: Mapping[str, float] | None = None,
+        max_age: float = MAX_AGE,
     ) -> None:
         """Nothing is decoded yet.
 
@@ -48,16 +52,21 @@ class Decoder:
             kind: type of the messages, JOINT_STATE or JOINT_MOTION.
             bulk: False: every message goes through rosbags.
             resting: positions of joints that a message need not name [rad or m].
+            max_age: joint states that have some of the joints are joined where their stamps are
+                no further apart [s]; 0: they are refused.
         """
         self._joints = tuple(joints)
         self._kind = kind
         self._bulk = bulk
         self._resting = dict(resting or {})
         self._order = JointOrder(joints, resting)
+        self._readings = ReadingOrder(joints, resting, max_age)
+        self._refusals: dict[int, RejectedError] = {}  # of rows that have some of the joints
         self._layouts: dict[int, list[JointStateLayout]] = {}  # by size of the message
 
     def decode(self, messages: Messages) -> Samples:
-        """The samples of messages."""
+        """The samples of messages, which follow those that were decoded before."""
+        self._refusals.clear()
         has_acceleration = self._kind == JOINT_MOTION
         samples = Samples.blank(
             messages.log_ns, len(self._joints), has_acceleration=has_acceleration
@@ -68,7 +77,29 @@ class Decoder:
         else:
             for row in range(len(messages)):
                 self._decode_one(samples, row, messages.message(row))
+        if self._refusals or not self._readings.joiner.is_clear:
+            self._join(samples)
         return samples
+
+    def _join(self, samples: Samples) -> None:
+        """Join the rows that have some of the joints, in their order."""
+        joiner = self._readings.joiner
+        for row in np.flatnonzero(samples.usable).tolist():
+            refusal = self._refusals.get(row)
+            if refusal is None:
+                joiner.clear()
+                continue
+            values = [samples.position[row], samples.velocity[row], samples.effort[row]]
+            try:
+                joined = joiner.add(int(samples.stamp_ns[row]), np.array(values), refusal)
+            except RejectedError as error:
+                samples.rejected[row] = error.rejection
+                continue
+            if joined is None:
+                samples.waiting[row] = None
+                continue
+            samples.stamp_ns[row] = joined.stamp_ns
+            samples.position[row], samples.velocity[row], samples.effort[row] = joined.values
 
     def _decode_size(self, samples: Samples, messages: Messages, size: int) -> None:
         """Decode the messages of one size, layout after layout."""
@@ -76,7 +107,7 @@ class Decoder:
         block = messages.block(rows, size)
         while len(rows):
             layout = None
-            if len(rows) >= _MIN_BULK:
+            if len(rows) >= _MIN_BULK and size <= LONGEST:
                 layout = self._layout_of_first(block)
             if layout is None:
                 self._decode_one(samples, int(rows[0]), bytes(block[0]))
@@ -148,12 +179,14 @@ class Decoder:
             selection = slice(None)
         stamps = layout.stamps(block)
         samples.stamp_ns[selection] = stamps
-        samples.measured[selection] = layout.starts[1][1] > 0
         good = stamps >= 0
+        may_be_absent = samples.acceleration is None
         for which, target in enumerate(targets):
             numbers = self._columns(names, layout.numbers(block, which), at_rest=which == 0)
-            target[selection] = numbers
             in_range = np.abs(numbers) < LARGEST
+            if which == 1 and may_be_absent and not in_range.all():
+                numbers, in_range = self._with_absences(names, numbers)
+            target[selection] = numbers
             if not in_range.all():
                 good &= in_range.all(axis=1)
         if samples.acceleration is None and layout.starts[2][1] == len(names):
@@ -162,27 +195,48 @@ class Decoder:
             self._decode_one(samples, int(rows[k]), bytes(block[k]))
         samples.bulk_count += int(good.sum())
 
+    def _with_absences(
+        self, names: Sequence[str], rates: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Velocities (rows, n), NaN where they are absent, and which are absent or in range.
+
+        Where all named joints have none, those at rest have none.
+        """
+        is_absent = np.isnan(rates)
+        is_named = np.array([joint in names for joint in self._joints])
+        rates[is_absent[:, is_named].all(axis=1)] = np.nan
+        return rates, is_absent | (np.abs(rates) < LARGEST)
+
     def _decode_one(self, samples: Samples, row: int, data: bytes) -> None:
         """Decode one message by rosbags; what is wrong with it is kept."""
+        rejection = oversized(len(data))
+        if rejection is not None:
+            samples.rejected[row] = rejection
+            return
         try:
             message = deserialize(_without_padding(data), self._kind)
         except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes
             type_name = self._kind.rpartition("/")[2]
             samples.broken[row] = f"no {type_name}: {str(error) or type(error).__name__}"
             return
-        if self._kind == JOINT_MOTION:
-            sample = sample_of_motion(message)
-        else:
-            sample = sample_of_state(message)
-        samples.stamp_ns[row] = sample.stamp_ns
         try:
-            _require_stamp(sample.stamp_ns)
-            motion = self._order.arrange(sample)
+            self._take(samples, row, message)
         except RejectedError as error:
             samples.rejected[row] = error.rejection
-            return
+
+    def _take(self, samples: Samples, row: int, message: Any) -> None:
+        """Take the numbers of one message. Raises RejectedError for what is wrong with it."""
+        is_motion = self._kind == JOINT_MOTION
+        sample = sample_of_motion(message) if is_motion else sample_of_state(message)
+        samples.stamp_ns[row] = sample.stamp_ns
+        _require_stamp(sample.stamp_ns)
+        if is_motion:
+            motion = self._order.arrange(sample)
+        else:
+            motion, refusal = self._readings.read(sample)
+            if refusal is not None:
+                self._refusals[row] = refusal
         samples.position[row] = motion.position
-        samples.measured[row] = motion.velocity is not None
         samples.velocity[row] = np.nan if motion.velocity is None else motion.velocity
         if samples.acceleration is not None:
             samples.acceleration[row] = motion.acceleration
@@ -199,13 +253,14 @@ class Decoder:
             names: of the columns.
             numbers: one row a message.
             at_rest: whether joints that are not named stand where they rest; they have 0 if not.
+                Those that cannot rest have NaN.
         """
-        columns = np.zeros((len(numbers), len(self._joints)))
+        columns = np.full((len(numbers), len(self._joints)), np.nan)
         for k, joint in enumerate(self._joints):
             if joint in names:
                 columns[:, k] = numbers[:, names.index(joint)]
-            elif at_rest:
-                columns[:, k] = self._resting[joint]
+            elif joint in self._resting:
+                columns[:, k] = self._resting[joint] if at_rest else 0.0
         return columns
 
 

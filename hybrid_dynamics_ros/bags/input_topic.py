@@ -11,8 +11,10 @@ from ..messages.interfaces import JOINT_STATE
 from .batch_outputs import NODE
 from .errors import BagCallError, BagError
 from .storage.bag_reader import BagReader
+from .storage.storage import CDR
 
 INPUT: Final = f"{NODE}/active_joint_states"
+_MAX_LOSSES: Final = 3  # that an error names
 
 
 def input_topic(
@@ -33,9 +35,11 @@ def input_topic(
     names_by_kind = [_names_of(source, kind) for kind in kinds]
     candidates = [name for names in names_by_kind for name in names]
     types = " or ".join(kinds)
+    _require_encoding(source, wanted, kinds, candidates)
     if not candidates:
-        others = ", ".join(source.topics) or "none that can be read"
-        raise BagError(f"{source.path}: holds no topic of type {types}; its topics: {others}")
+        raise BagError(
+            f"{source.path}: holds no topic of type {types}; its topics: {_listed(source)}"
+        )
     listed = ", ".join(candidates)
     if wanted is not None and wanted not in candidates:
         hint = suggestion(wanted, candidates)
@@ -56,4 +60,35 @@ def input_topic(
 
 
 def _names_of(source: BagReader, kind: str) -> list[str]:
-    return [topic.name for topic in source.topics.values() if topic.kind == kind]
+    topics = source.topics.values()
+    return [topic.name for topic in topics if topic.kind == kind and topic.encoding == CDR]
+
+
+def _listed(source: BagReader) -> str:
+    """All topics with their types, then what of the bag could not be read."""
+    topics = [f"{topic.name} ({topic.kind or 'no type'})" for topic in source.topics.values()]
+    text = ", ".join(topics) or "none that can be read"
+    for loss in source.losses.describe()[:_MAX_LOSSES]:
+        text += f"; lost: {loss.removeprefix(f'{source.path.name}: ')}"
+    return text
+
+
+def _require_encoding(
+    source: BagReader, wanted: str | None, kinds: Sequence[str], candidates: Sequence[str]
+) -> None:
+    """Refuse samples that are not in the encoding of ROS 2.
+
+    Raises:
+        BagError: the wanted topic, or all of these types, is in another.
+    """
+    short_kinds = {kind.replace("/msg/", "/") for kind in kinds}  # as ROS 1 calls them
+    for topic in source.topics.values():
+        is_of_kind = topic.kind.replace("/msg/", "/") in short_kinds
+        if not is_of_kind or topic.encoding == CDR:
+            continue
+        if wanted == topic.name or (wanted is None and not candidates):
+            raise BagError(
+                f"{source.path}: {topic.name}: its messages ({topic.kind}) are in the encoding"
+                f" '{topic.encoding}', and expected is {CDR}, that of ROS 2; convert the recording"
+                " first (one of ROS 1: rosbags-convert of the package rosbags)"
+            )

@@ -17,6 +17,7 @@ from hybrid_dynamics_core.ground.progress import Progress
 from ..messages.cdr import MessageTemplate
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE
 from ..messages.joint_samples import RejectionCode, resting_joints
+from ..parameters import PARTIAL_AGE
 from ..stream.pipeline import Pipeline
 from .batch_outputs import BagOutput, outputs_of
 from .batch_pipeline import BatchPipeline, BatchResult
@@ -90,7 +91,12 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         watch.lap("start")
         with new_bag(job.target, [*topics, *copied], notes) as bag:
             measured = pipeline.evaluator.measured
-            decoder = Decoder(measured, topic.kind, resting=resting_joints(robot))
+            decoder = Decoder(
+                measured,
+                topic.kind,
+                resting=resting_joints(robot),
+                max_age=job.settings[PARTIAL_AGE],
+            )
             transfer = _Transfer(pipeline, decoder, outputs, bag, outcome, watch)
             transfer.run(source, topic, [entry.name for entry in copied], shown)
             outcome.losses = [*transfer.losses.describe(), *source.losses.describe()]

@@ -22,11 +22,11 @@ class Samples:
         log_ns: log times (N,) [ns].
         stamp_ns: stamps of the headers (N,) [ns].
         position: (N, n) [rad or m].
-        velocity: (N, n) [rad/s or m/s]; NaN where there is none.
-        measured: (N,) whether there are velocities.
+        velocity: (N, n) [rad/s or m/s]; NaN where it is absent.
         effort: recorded efforts (N, n) [N m or N]; NaN where there are none.
         acceleration: (N, n) as the messages have it [rad/s^2 or m/s^2]; None: to be estimated.
         rejected: rows that are no samples, and why; their numbers mean nothing.
+        waiting: rows that have some joints, which a later row has too; their numbers mean nothing.
         broken: rows that are no message of their type, and why.
         bulk_count: how many were decoded in bulk.
     """
@@ -35,10 +35,10 @@ class Samples:
     stamp_ns: NDArray[np.int64]
     position: FloatArray
     velocity: FloatArray
-    measured: NDArray[np.bool_]
     effort: FloatArray
     acceleration: FloatArray | None = None
     rejected: dict[int, Rejection] = field(default_factory=dict)
+    waiting: dict[int, None] = field(default_factory=dict)
     broken: dict[int, str] = field(default_factory=dict)
     bulk_count: int = 0
 
@@ -54,7 +54,6 @@ class Samples:
             stamp_ns=np.full(len(log_ns), -1, dtype=np.int64),
             position=np.full(shape, np.nan),
             velocity=np.full(shape, np.nan),
-            measured=np.zeros(len(log_ns), dtype=bool),
             effort=np.full(shape, np.nan),
         )
         if has_acceleration:
@@ -66,9 +65,11 @@ class Samples:
         """The rows of several, one after the other; accelerations are left out."""
         rejected: dict[int, Rejection] = {}
         broken: dict[int, str] = {}
+        waiting: dict[int, None] = {}
         start = 0
         for part in parts:
             rejected |= {start + row: why for row, why in part.rejected.items()}
+            waiting |= dict.fromkeys(start + row for row in part.waiting)
             broken |= {start + row: why for row, why in part.broken.items()}
             start += len(part)
         return Samples(
@@ -76,17 +77,22 @@ class Samples:
             stamp_ns=np.concatenate([part.stamp_ns for part in parts]),
             position=np.concatenate([part.position for part in parts]),
             velocity=np.concatenate([part.velocity for part in parts]),
-            measured=np.concatenate([part.measured for part in parts]),
             effort=np.concatenate([part.effort for part in parts]),
             rejected=rejected,
+            waiting=waiting,
             broken=broken,
         )
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """(N,) which rows have the velocity of some joint."""
+        return np.asarray(np.isfinite(self.velocity).any(axis=1))
 
     @property
     def usable(self) -> NDArray[np.bool_]:
         """(N,) which rows are samples."""
         usable = np.ones(len(self), dtype=bool)
-        usable[[*self.rejected, *self.broken]] = False
+        usable[[*self.rejected, *self.waiting, *self.broken]] = False
         return usable
 
     def calibrated(self, calibration: Calibration | None) -> Samples:
@@ -117,7 +123,7 @@ class Samples:
     def _select(self, rows: slice | NDArray[np.intp], numbers: Sequence[int]) -> Samples:
         """Some rows, whose numbers are given too."""
         places: dict[int, int] = {}
-        if self.rejected or self.broken:
+        if self.rejected or self.waiting or self.broken:
             places = {row: k for k, row in enumerate(numbers)}
         acceleration = self.acceleration
         if acceleration is not None:
@@ -127,10 +133,10 @@ class Samples:
             stamp_ns=self.stamp_ns[rows],
             position=self.position[rows],
             velocity=self.velocity[rows],
-            measured=self.measured[rows],
             effort=self.effort[rows],
             acceleration=acceleration,
             rejected=_renumbered(self.rejected, places),
+            waiting=_renumbered(self.waiting, places),
             broken=_renumbered(self.broken, places),
         )
 

@@ -15,6 +15,7 @@ from ..parameters import (
     BANDWIDTH,
     MAX_GAP,
     MEASURED,
+    PARTIAL_AGE,
     ROS_NAMES,
     SENSOR,
     TABLE,
@@ -77,6 +78,7 @@ def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
     """
     pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], settings[MEASURED])
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
+    pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
     evaluator = pipeline.evaluator
     evaluator.loads = loads_of(robot, conditions)
     require_measured(settings, evaluator.measured)

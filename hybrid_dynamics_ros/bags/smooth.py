@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -52,19 +52,19 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
         method: "savgol" or "spline".
         evaluator: its bandwidth and largest gap count here too.
     """
-    samples = samples.calibrated(evaluator.calibration)
+    samples = _continued(samples.calibrated(evaluator.calibration), evaluator)
     count, n = samples.position.shape
     rates = SmoothRates(
         velocity=np.zeros((count, n)),
-        has_velocity=samples.measured.copy(),
+        has_velocity=np.zeros(count, bool),
         acceleration=np.full((count, n), np.nan),
         has_acceleration=np.zeros(count, bool),
         events=Counter(),
         state=None,
     )
     usable = samples.usable
-    has_rate = usable & samples.measured
-    rates.velocity[has_rate] = samples.velocity[has_rate]
+    rates.has_velocity |= usable & ~np.isnan(samples.velocity).any(axis=1)
+    rates.velocity[rates.has_velocity] = samples.velocity[rates.has_velocity]
     usable &= _is_regular(samples, evaluator)
     estimator = evaluator.estimator
     for run in _runs(np.flatnonzero(usable), samples, estimator.max_gap):
@@ -74,10 +74,21 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
     return rates
 
 
+def _continued(samples: Samples, evaluator: MotionEvaluator) -> Samples:
+    """The samples without jumps of whole turns; those that are not finite stay as they are."""
+    rows = np.flatnonzero(samples.usable & np.isfinite(samples.position).all(axis=1))
+    position = samples.position.copy()
+    turned = evaluator.continued(samples.stamp_ns[rows], position[rows], samples.velocity[rows])
+    position[rows] = turned.position
+    return replace(samples, position=position)
+
+
 def _without_outliers(rates: SmoothRates, samples: Samples, run: Rows) -> Rows:
     """The rows of a run that are no outliers; the outliers are added to `rates.outliers`."""
-    measured = samples.measured[run[0]]
-    velocity = samples.velocity[run] if measured else None
+    is_measured = _measured(samples, run)
+    velocity = None
+    if is_measured.any():  # a column that stays as it is has no outliers
+        velocity = np.where(is_measured, samples.velocity[run], 0.0)
     outliers = find_outliers(samples.stamp_ns[run], samples.position[run], velocity)
     rates.outliers += [outliers[row] for row in sorted(outliers)]
     return np.delete(run, list(outliers))
@@ -89,14 +100,23 @@ def _smooth(
     """Fill in velocities and accelerations of the rows of a run."""
     stamps = samples.stamp_ns[rows]
     time = (stamps - stamps[0]) * 1e-9
-    if samples.measured[rows[0]]:
-        values, orders = samples.velocity[rows], (0, 1)
-    else:
-        values, orders = samples.position[rows], (1, 2)
     derivatives = _spline if method == "spline" else _savgol
-    rates.velocity[rows], rates.acceleration[rows] = derivatives(time, values, bandwidth, orders)
+    is_measured = _measured(samples, rows)
+    for joints, of_samples, orders in (
+        (np.flatnonzero(is_measured), samples.velocity, (0, 1)),
+        (np.flatnonzero(~is_measured), samples.position, (1, 2)),
+    ):
+        if len(joints):
+            places = np.ix_(rows, joints)
+            smoothed = derivatives(time, of_samples[places], bandwidth, orders)
+            rates.velocity[places], rates.acceleration[places] = smoothed
     rates.has_velocity[rows] = True
     rates.has_acceleration[rows] = True
+
+
+def _measured(samples: Samples, rows: Rows) -> NDArray[np.bool_]:
+    """Of each joint, whether all of the rows have its velocity (n,)."""
+    return np.asarray(np.isfinite(samples.velocity[rows]).all(axis=0))
 
 
 def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool_]:
@@ -105,14 +125,13 @@ def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool
     Others are left out: a wild value would spoil the rates of its neighbours.
     """
     has_position = np.isfinite(samples.position).all(axis=1)
-    has_velocity = np.isfinite(samples.velocity).all(axis=1)
-    regular = has_position & (has_velocity | ~samples.measured)
+    regular = np.array(has_position & ~np.isinf(samples.velocity).any(axis=1))
     if not evaluator.is_plain:
         return regular
     rows = np.flatnonzero(regular)
     for part in slices(len(rows), _BATCH):
         batch = rows[part]
-        rates = np.where(samples.measured[batch, None], samples.velocity[batch], 0.0)
+        rates = np.nan_to_num(samples.velocity[batch], nan=0.0)
         with np.errstate(all="ignore"):
             state = evaluator.robot.close(samples.position[batch], rates, check=False)
         regular[batch] = np.asarray(state.status) == 0
@@ -120,7 +139,10 @@ def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool
 
 
 def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
-    """Runs of samples of one kind with rising stamps and no gap; short runs are left out.
+    """Runs of samples with rising stamps and no gap; short runs are left out.
+
+    Where the joints with velocities change for longer than that, a run ends. Where they change
+    more often, as in messages that have velocities in turn, it goes on.
 
     Args:
         rows: of the samples that count.
@@ -130,11 +152,24 @@ def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
     if not len(rows):
         return
     intervals = np.diff(samples.stamp_ns[rows]) * 1e-9
-    is_same_kind = np.diff(samples.measured[rows].astype(np.int8)) == 0
+    is_same_kind = _is_same_kind(np.isfinite(samples.velocity[rows]))
     goes_on = (intervals > 0.0) & (intervals <= gap) & is_same_kind
     for run in np.split(rows, np.flatnonzero(~goes_on) + 1):
         if len(run) >= _LEAST:
             yield run
+
+
+def _is_same_kind(is_measured: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Of each row but the last, whether the next goes with it.
+
+    Args:
+        is_measured: (N, n) of each row which joints have velocities.
+    """
+    is_change = (is_measured[1:] != is_measured[:-1]).any(axis=1)
+    edges = np.concatenate([[0], np.flatnonzero(is_change) + 1, [len(is_measured)]])
+    lengths = np.diff(edges)
+    is_brief = np.repeat(lengths < _LEAST, lengths)
+    return np.asarray(~is_change | (is_brief[1:] & is_brief[:-1]))
 
 
 def _spline(

@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 Named = dict[str, float]  # a number of each joint
 # Of any measured number, in its unit: no joint is there, and all that follows from it is finite.
 LARGEST: Final = 1e12
+LONGEST: Final = 131_072  # [bytes] of a message that is read
 _MOST_LISTED: Final = 12  # names in a text
 _MOST_COMPARED: Final = 64  # names among which a slip is looked for: messages may be long and many
 
@@ -49,6 +50,7 @@ class RejectionCode(Enum):
     UNREACHABLE = "unreachable"  # a loop cannot be closed
     LIMIT = "limit"  # of a trajectory: a joint beyond its limit
     SINGULAR = "singular"  # a loop is at a toggle point
+    TOO_LONG = "too long"  # a message of more bytes than any robot's
     OVERFLOW = "overflow"  # input so large that a result is not finite
     NOT_READY = "not ready"  # of a service: no robot yet, or no input yet
     REFUSED = "refused"  # of a service: the state of the robot forbids it
@@ -63,6 +65,19 @@ class Rejection:
 
     code: RejectionCode
     text: str
+
+
+def oversized(size: int) -> Rejection | None:
+    """Why a message of so many bytes is not even read; None where it is.
+
+    Reading it would take so long that messages of other topics were lost meanwhile.
+    """
+    if size <= LONGEST:
+        return None
+    return Rejection(
+        RejectionCode.TOO_LONG,
+        f"a message of {size} bytes, expected {LONGEST} at most: some thousand joints",
+    )
 
 
 class RejectedError(Exception):
@@ -121,7 +136,7 @@ class OrderedMotion(NamedTuple):
 
     Attributes:
         position: [rad or m].
-        velocity: [rad/s or m/s], or None where it is not known.
+        velocity: [rad/s or m/s], or None where it is not known; of readings NaN for single joints.
         acceleration: [rad/s^2 or m/s^2], or None where it is not known.
     """
 
@@ -221,8 +236,13 @@ class JointOrder:
         self._names: tuple[str, ...] = ()
         self._places = np.zeros(0, dtype=np.intp)
 
-    def arrange(self, sample: JointSample) -> OrderedMotion:
+    def arrange(self, sample: JointSample, *, is_reading: bool = False) -> OrderedMotion:
         """The motion of the joints.
+
+        Args:
+            sample: joints by name.
+            is_reading: whether velocities may be absent, NaN: of all joints, which gives None, or
+                of some, which stay NaN.
 
         Raises:
             RejectedError: names are missing or doubled, lengths differ, or a number is not finite
@@ -232,7 +252,9 @@ class JointOrder:
         count = len(sample.names)
         velocity, acceleration = sample.velocity, sample.acceleration
         position = self._pick("position", sample.position, count, places)
-        if velocity is not None:
+        if velocity is not None and is_reading:
+            velocity = self._pick_rates(velocity, count, places)
+        elif velocity is not None:
             velocity = self._pick("velocity", velocity, count, places)
         if acceleration is not None:
             acceleration = self._pick("acceleration", acceleration, count, places)
@@ -279,17 +301,34 @@ class JointOrder:
     def _pick(
         self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]
     ) -> FloatArray:
-        if values.shape != (count,):
-            text = wrong_length(what, values.size, count)
-            raise RejectedError(RejectionCode.WRONG_LENGTH, text)
-        if len(self._added):
-            added = self._added if what == "position" else np.zeros_like(self._added)
-            values = np.concatenate([values, added])
-        picked: FloatArray = values[places]
+        picked = self._completed(what, values, count)[places]
         size = sum(map(abs, picked.tolist()))  # in plain floats this costs least
         if not size < LARGEST:  # NaN is not
             self._require_good(what, picked)
         return picked
+
+    def _pick_rates(
+        self, values: FloatArray, count: int, places: NDArray[np.intp]
+    ) -> FloatArray | None:
+        """Velocities, NaN where they are absent; None where they are of all named joints."""
+        picked = self._completed("velocity", values, count)[places]
+        size = sum(map(abs, picked.tolist()))
+        if size < LARGEST:
+            return picked
+        is_absent = np.isnan(picked)
+        self._require_good("velocity", np.where(is_absent, 0.0, picked))
+        is_named = places < count
+        return None if is_absent[is_named].all() else picked
+
+    def _completed(self, what: str, values: FloatArray, count: int) -> FloatArray:
+        """One value for each name, and one for each resting joint that is not named."""
+        if values.shape != (count,):
+            text = wrong_length(what, values.size, count)
+            raise RejectedError(RejectionCode.WRONG_LENGTH, text)
+        if not len(self._added):
+            return values
+        added = self._added if what == "position" else np.zeros_like(self._added)
+        return np.concatenate([values, added])
 
     def _require_good(self, what: str, picked: FloatArray) -> None:
         finite = np.isfinite(picked)

@@ -16,6 +16,7 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rcl_interfaces.msg import Parameter as ParameterMessage
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
@@ -160,6 +161,14 @@ class ParameterWatch:
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._take)
+
+    def after(self, messages: Sequence[ParameterMessage]) -> NodeSettings:
+        """The settings as they would be.
+
+        Raises:
+            ParameterError: a value cannot be used.
+        """
+        return self._changed(self._convert([*map(RosParameter.from_parameter_msg, messages)]))
 
     def _convert(self, given: list[RosParameter]) -> list[RosParameter]:
         return [_converted(_parameter(entry.name), entry) for entry in given]

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
 from typing import Final
 
-_STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+from .process.stop_signals import StopSignals
+from .process.watchdog import Watchdog
+
+_SWITCH_INTERVAL: Final = 5e-4  # [s]
 _USAGE: Final = (
     "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r"
     " __node:=NAME]"
 )
 _MORE: Final = """
-The node of one robot: a name of a shipped robot, or the path of a description file. It runs\
- until SIGINT (Ctrl-C) or
-SIGTERM. Parameters, with defaults, units and texts, are in config/forging_chu2020.yaml;\
- docs/node.md tells all of
-topics and services.
+The node of one robot: a name of a shipped robot, or the path of a description file. It runs until
+SIGINT (Ctrl-C) or SIGTERM; a second one ends it at once. Parameters, with defaults, units and
+texts, are in config/forging_chu2020.yaml; docs/node.md tells all of topics and services.
 """
 _NO_ROS: Final = """\
 hybrid_dynamics_node needs ROS 2 Jazzy: the Python module {name} is not there.
@@ -37,21 +36,23 @@ def main(args: list[str] | None = None) -> int:
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
     # Matrices are small: on a busy machine the threads of OpenBLAS wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    stop = threading.Event()
-    for number in _STOP_SIGNALS:
-        signal.signal(number, lambda *_: stop.set())
+    # A thread that takes code from disk passes the interpreter on to the stream sooner.
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    stop = StopSignals()
+    # Late: its imports take a while, and the usage above needs none of them.
+    from hybrid_dynamics_core.kernels.cache import at_least_meanwhile  # noqa: PLC0415
+
     try:
-        code = _run(words, stop)
+        with at_least_meanwhile():
+            code = _run(words, stop)
     except ModuleNotFoundError as error:
         sys.stderr.write(_NO_ROS.format(name=error.name))
         code = 1
-    # Python takes its handlers away before the process is gone: the last signals are ignored.
-    for number in _STOP_SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
+    stop.ignore()
     return code
 
 
-def _run(args: list[str], stop: threading.Event) -> int:
+def _run(args: list[str], stop: StopSignals) -> int:
     # Late: a machine without ROS gets a sentence instead of a traceback.
     import rclpy  # noqa: PLC0415
     from rclpy.exceptions import ParameterException  # noqa: PLC0415
@@ -61,7 +62,7 @@ def _run(args: list[str], stop: threading.Event) -> int:
     from ..parameters import ParameterError  # noqa: PLC0415
 
     try:
-        # Our handlers only set a flag: a second signal during the clean-up does no harm.
+        # Those of rclpy would end the context under the node.
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # wrong ROS arguments
         return _failed(error)
@@ -75,7 +76,7 @@ def _run(args: list[str], stop: threading.Event) -> int:
     return 0
 
 
-def _spin(stop: threading.Event) -> None:
+def _spin(stop: StopSignals) -> None:
     from rclpy.utilities import ok  # noqa: PLC0415
 
     from .executor import make_executor  # noqa: PLC0415
@@ -83,18 +84,22 @@ def _spin(stop: threading.Event) -> None:
     from .lifecycle import HybridDynamicsNode  # noqa: PLC0415
 
     node = HybridDynamicsNode()
+    watchdog = Watchdog()
+    node.long_work = watchdog.patient
     try:
         with forwarded(node.get_logger()):
             executor = make_executor()
             executor.add_node(node)
             node.start()
             # Not spin(): the events executor's does not return on signals.
-            while ok() and not stop.is_set():
+            while ok() and not stop.requested.is_set():
+                watchdog.beat()
                 executor.spin_once(timeout_sec=0.5)
             executor.shutdown()
     finally:
         node.discard()
         node.destroy_node()
+        watchdog.stop()
 
 
 def _refuse_others(arguments: list[str]) -> None:

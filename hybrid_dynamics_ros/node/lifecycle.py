@@ -8,13 +8,14 @@ from __future__ import annotations
 import gc
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.exceptions import InvalidHandle, ParameterException
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import String
 
 from hybrid_dynamics_core import load
@@ -38,7 +39,9 @@ from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
 from . import qos
 from .declare_parameters import ParameterWatch, declare, declare_sensors, is_given
+from .deferred_parameters import wait_for_code
 from .diagnostics import diagnostic_array
+from .event_free import EventFreeNode
 from .service_server import ServiceServer
 from .subscriptions import Stream
 
@@ -47,7 +50,7 @@ UNCONFIGURED: Final = "stays unconfigured"  # begins the log line that says why
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class HybridDynamicsNode(LifecycleNode):
+class HybridDynamicsNode(EventFreeNode):
     """Topics and services of one robot.
 
     Raises:
@@ -62,12 +65,15 @@ class HybridDynamicsNode(LifecycleNode):
         self._runtime: Runtime | None = None
         self._stream: Stream | None = None
         self._failure = ""  # why there is no robot
+        # Entered around work for which the loop may stand still longer than usual.
+        self.long_work: Callable[[], AbstractContextManager[None]] = nullcontext
         self._description = self.create_publisher(
             String, "robot_description", qos.transient_local()
         )
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._calls = ServiceServer(self, self._log)
-        self._watch = ParameterWatch(self, lambda: self.settings, self._why_not, self._take)
+        watch = ParameterWatch(self, lambda: self.settings, self._why_not, self._take)
+        wait_for_code(self, watch, self._calls)
         # Reports go on while simulated time stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self.settings[DIAGNOSTICS_PERIOD], self._report, clock=steady)
@@ -88,6 +94,10 @@ class HybridDynamicsNode(LifecycleNode):
         With a wrong file the node stays unconfigured and says why.
         """
         del state
+        with self.long_work():
+            return self._configure()
+
+    def _configure(self) -> TransitionCallbackReturn:
         hint = f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
         if is_given(self, ROBOT):
             hint = ""

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final
 
-import numpy as np
 from hybrid_dynamics_msgs.srv import ConvertTrajectory
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
@@ -22,6 +21,7 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 from ..messages.joint_samples import Rejection, RejectionCode, rejection_of
 from ..parameters import QUEUE, TIMEOUT
 from ..services.answers import OK, guarded, refused
+from ..services.code_maker import CodeMaker
 from ..services.context import ServiceContext
 from ..services.table import TABLE, Lane, Service
 from ..services.worker_pool import ServiceCall, WorkerPool
@@ -93,6 +93,7 @@ class ServiceServer:
         self._node, self._log = node, log
         self._runtime: Runtime | None = None
         self._workers: WorkerPool | None = None
+        self._code: CodeMaker | None = None
         # One thread: changes come one after the other.
         self._changer: ThreadPoolExecutor | None = None
         self.active = False
@@ -106,6 +107,8 @@ class ServiceServer:
     def open(self, runtime: Runtime) -> None:
         """Answer for this robot from now on."""
         self._workers = WorkerPool(runtime.robot.description)
+        self._code = CodeMaker(runtime.robot.description)
+        runtime.make_code = self._code.make
         self._changer = ThreadPoolExecutor(1, "changes")
         self._runtime = runtime
 
@@ -114,9 +117,23 @@ class ServiceServer:
         self._runtime = None
         if self._changer is not None:
             self._changer.shutdown(wait=False)  # what waits is answered NOT_READY
+        if self._code is not None:
+            self._code.close()
         if self._workers is not None:
             self._workers.close()
-        self._workers = self._changer = None
+        self._workers = self._changer = self._code = None
+
+    @property
+    def runtime(self) -> Runtime | None:
+        """The robot that is answered for."""
+        return self._runtime
+
+    def beside(self, work: Callable[[], None]) -> bool:
+        """Have something done in the thread of the changes; False where there is no robot."""
+        if self._changer is None:
+            return False
+        self._changer.submit(work)
+        return True
 
     def _responder(self, service: Service) -> Callable[[Any, Any], Any]:
         def respond(request: Any, response: Any) -> Any:
@@ -174,16 +191,16 @@ class ServiceServer:
         """
         empty = type(answered)()
         try:
-            if runtime is self._runtime:
-                # A payload may be beyond all numbers: the result is checked.
-                with np.errstate(all="ignore"):
-                    runtime.prepare(change)
-            with runtime.lock:
-                if runtime is not self._runtime:
-                    return refused(empty, _UNREADY)
-                if isinstance(change, NewMode) and runtime.moving:
-                    return refused(empty, _MOVING)
-                runtime.change(change)
+            is_done = False
+            while not is_done:
+                if runtime is self._runtime:
+                    runtime.prepare(change.applied(runtime.conditions))
+                with runtime.lock:
+                    if runtime is not self._runtime:
+                        return refused(empty, _UNREADY)
+                    if isinstance(change, NewMode) and runtime.moving:
+                        return refused(empty, _MOVING)
+                    is_done = runtime.change(change)
             self._log.info(f"{service.name}: {change.text}")
         except HybridDynamicsError as error:
             return refused(empty, rejection_of(error))

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import time
 import traceback
-from typing import Any, Final
+from typing import Final
 
 from hybrid_dynamics_msgs.msg import JointMotion
-from rclpy.event_handler import (
-    QoSMessageLostInfo,
-    SubscriptionEventCallbacks,
-    UnsupportedEventTypeError,
-)
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode
-from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from ..messages import conversions
-from ..messages.joint_samples import JointSample, Rejection, RejectionCode, rejection_of
+from ..messages.joint_samples import (
+    JointSample,
+    Rejection,
+    RejectionCode,
+    oversized,
+    rejection_of,
+)
 from ..parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP, TF_RATE
 from ..stream.filter.filter import StampEvent
 from ..stream.rate_limit import ThrottledLog
@@ -28,12 +30,14 @@ from ..stream.runtime import Runtime
 from ..stream.topics import topics_of
 from . import qos
 from .input_reader import Read, StateReader, reader_of
+from .input_topic import InputTopic
 from .publishers import Publishers
 
 _UNREMARKABLE: Final = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
 # [s] between an answer and the next input where there may be more inputs waiting
 _BACK_TO_BACK: Final = 2e-4
-_CALM: Final = 0.05  # [s] without a message left out: the overload is over
+_RESUME: Final = 1e-3  # [s] until the next turn, where something waits that nothing follows
+_STEADY: Final = Clock(clock_type=ClockType.STEADY_TIME)
 _STUCK: Final = 3  # inputs with the same stamp, one after the other
 
 
@@ -46,17 +50,12 @@ class Stream:
         self._node, self._runtime, self._log = node, runtime, log
         self._repeated = 0
         self._ended = 0.0  # when the last input was answered [s]
-        self._took = 0.0  # and how long that took [s]
-        self._overloaded = False
-        self._skipped_at = 0.0
-        # inputs that may wait before some are left out
-        self._most_waiting = runtime.settings[INPUT_DEPTH] // 2
-        self._readers: tuple[Read, Read] = (
-            StateReader(),
-            reader_of(JointMotion, conversions.sample_of_motion),
-        )
         self._publishers = Publishers(node)
-        self._subscriptions: list[Subscription] = []
+        self.inputs: list[InputTopic] = []
+        # Runs only while something waits: the executor wakes for messages that come, and for those
+        # alone.
+        self._resume = node.create_timer(_RESUME, self._on_resume, clock=_STEADY)
+        self._resume.cancel()
         try:
             self._open()
         except BaseException:  # nobody else knows of what was made so far
@@ -66,91 +65,75 @@ class Stream:
     def _open(self) -> None:
         robot, settings = self._runtime.robot, self._runtime.settings
         self._publishers.open(topics_of(robot, settings[TF_RATE]), settings)
-        self._subscribe(JointState, "~/active_joint_states", self._on_state)
-        self._subscribe(JointMotion, "~/active_joint_motions", self._on_motion)
+        self._subscribe(JointState, "~/active_joint_states", StateReader())
+        motions = reader_of(JointMotion, conversions.sample_of_motion)
+        self._subscribe(JointMotion, "~/active_joint_motions", motions)
 
     def destroy(self) -> None:
         """Take the topics away."""
-        for subscription in self._subscriptions:
-            self._node.destroy_subscription(subscription)
+        self._node.destroy_timer(self._resume)
+        for source in self.inputs:
+            source.destroy()
         self._publishers.destroy()
 
-    def _subscribe(self, kind: type, topic: str, callback: Any) -> None:
+    def _subscribe(self, kind: type, topic: str, read: Read) -> None:
         settings = self._runtime.settings
         profile = qos.profile(settings[INPUT_QOS], settings[INPUT_DEPTH])
-        options: dict[str, Any] = {"qos_overriding_options": qos.OVERRIDES, "raw": True}
-        lost = SubscriptionEventCallbacks(message_lost=self._on_lost)
-        create = self._node.create_subscription
-        try:
-            subscription = create(kind, topic, callback, profile, event_callbacks=lost, **options)
-        except UnsupportedEventTypeError:  # a middleware that does not report losses
-            subscription = create(kind, topic, callback, profile, **options)
-        self._subscriptions.append(subscription)
 
-    def _on_lost(self, event: QoSMessageLostInfo) -> None:
-        self._runtime.monitor.lost = event.total_count
+        def answer(message: bytes) -> bool:
+            return self._process(source, message)
 
-    def _on_state(self, data: bytes) -> None:
-        self._take(0, data)
+        source = InputTopic(self._node, kind, topic, profile, read)
+        source.open(self._on_message, answer)
+        self.inputs.append(source)
 
-    def _on_motion(self, data: bytes) -> None:
-        self._take(1, data)
-
-    def _take(self, which: int, data: bytes) -> None:
-        """Answer a message, and all that wait behind it; of too many only the newest state."""
-        start = time.perf_counter()
-        if not self.active or self._is_skipped(start):
+    def _on_message(self, source: InputTopic) -> None:
+        """Answer what came, and all that waits behind it; of too many only the newest state."""
+        if not self.active:
+            source.queue.clear()
             return
-        waiting: list[bytes] = []
-        if start < self._ended + _BACK_TO_BACK:  # there may be more waiting
-            waiting = self._waiting(self._subscriptions[which])
-        if len(waiting) > self._most_waiting:
-            self._overloaded = True
-            self._skipped_at = start
-            self._runtime.monitor.skipped += len(waiting)
+        start = time.perf_counter()
+        # There may be more waiting.
+        if source.queue.is_overloaded or start < self._ended + _BACK_TO_BACK:
+            source.take_all()
+        self._work(source)
+
+    def _on_resume(self) -> None:
+        self._resume.cancel()
+        for source in self.inputs:
+            if source.queue:
+                source.take_all()
+                self._work(source)
+
+    def _work(self, source: InputTopic) -> None:
+        source.queue.work()
+        self._ended = time.perf_counter()
+        monitor = self._runtime.monitor
+        monitor.skipped = sum(each.queue.skipped for each in self.inputs)
+        monitor.lost = sum(each.gaps.lost for each in self.inputs)
+        if source.queue.is_overloaded:
             self._log.warn(
                 "overload",
                 "input comes faster than it can be answered: the newest states are taken",
             )
-            data, waiting = waiting[-1], []
-        for message in (data, *waiting):
-            self._process(self._readers[which], message)
-        self._ended = time.perf_counter()
-        self._took = self._ended - start
+        if source.queue:
+            self._resume.reset()
 
-    def _is_skipped(self, now: float) -> bool:
-        """Whether to leave a message out: half the time under overload, so that none pile up.
-
-        Leaving out costs little. Messages that wait hold an event each in the executor, which would
-        otherwise grow without end.
-        """
-        if not self._overloaded:
-            return False
-        if now < self._ended + self._took:
-            self._skipped_at = now
-            self._runtime.monitor.skipped += 1
-            return True
-        self._overloaded = now < self._skipped_at + _CALM
-        return False
-
-    def _waiting(self, subscription: Subscription) -> list[bytes]:
-        messages = []
-        handle = subscription.handle
-        with handle:
-            while (taken := handle.take_message(subscription.msg_type, True)) is not None:
-                messages.append(taken[0])
-        return messages
-
-    def _process(self, read: Read, message: bytes) -> None:
+    def _process(self, source: InputTopic, message: bytes) -> bool:
+        """Answer a message; False where it cannot be used."""
         start = time.perf_counter()
-        rejection = self._attempt(read, message)
+        rejection = self._attempt(source.read, message)
         if rejection is not None:
             self._refuse(rejection)
         self._runtime.monitor.answered(time.perf_counter() - start)
+        return rejection is None
 
     def _attempt(self, read: Read, message: bytes) -> Rejection | None:
         """Answer a message, or say why not; it counts once, wherever it fails."""
         pipeline = self._runtime.pipeline
+        rejection = oversized(len(message))
+        if rejection is not None:
+            return pipeline.reject_unread(rejection)
         try:
             sample = read(message)
         except Exception:  # noqa: BLE001 - one message must not end the node, whatever the fault
@@ -163,8 +146,8 @@ class Stream:
     def _answer(self, sample: JointSample) -> Rejection | None:
         runtime = self._runtime
         result = runtime.process(sample)
-        if isinstance(result, Rejection):
-            return result
+        if not isinstance(result, MotionResult):
+            return result  # refused, or it waits for other joints
         try:
             messages = self._publishers.messages(result, runtime.settings)
             for send, message in messages:

@@ -17,7 +17,16 @@ from .diagnostics import (
     STROKE_ERROR,
     STROKE_WARN,
 )
-from .inputs import BANDWIDTH, INPUT_DEPTH, INPUT_QOS, MAX_GAP, SENSOR, sensor_joint, sensor_rows
+from .inputs import (
+    BANDWIDTH,
+    INPUT_DEPTH,
+    INPUT_QOS,
+    MAX_GAP,
+    PARTIAL_AGE,
+    SENSOR,
+    sensor_joint,
+    sensor_rows,
+)
 from .outputs import OUTPUT_DEPTH, OUTPUT_QOS, TF_RATE, TOPIC_RATES
 from .profiles import BEST_EFFORT, LATEST, PROFILES, RELIABLE, SENSOR_DATA
 from .robot import (
@@ -32,7 +41,7 @@ from .robot import (
     STILL,
 )
 from .row import ChangeTime, OptionalFloats, OptionalNames, Parameter, ParameterError, Value
-from .services import LEAST_SINGULARITY, QUEUE, TIMEOUT
+from .services import EFFORT_TOLERANCE, LEAST_SINGULARITY, QUEUE, TIMEOUT
 from .settings import NodeSettings
 from .table import ROS_NAMES, TABLE
 
@@ -41,6 +50,7 @@ __all__ = [
     "BANDWIDTH",
     "BEST_EFFORT",
     "DIAGNOSTICS_PERIOD",
+    "EFFORT_TOLERANCE",
     "GRAVITY",
     "INPUT_DEPTH",
     "INPUT_QOS",
@@ -54,6 +64,7 @@ __all__ = [
     "MEASURED",
     "OUTPUT_DEPTH",
     "OUTPUT_QOS",
+    "PARTIAL_AGE",
     "PAYLOAD_COM",
     "PAYLOAD_FRAME",
     "PAYLOAD_INERTIA",

@@ -24,6 +24,15 @@ MAX_GAP: Final = Parameter[float](
     bounds=(0.001, 3600.0),
     change=ChangeTime.ANY_TIME,
 )
+PARTIAL_AGE: Final = Parameter[float](
+    "partial_messages.max_age",
+    0.2,
+    "Messages that have some of the measured joints are joined where their stamps are no further"
+    " apart than this. 0: they are refused.",
+    unit="s",
+    bounds=(0.0, 3600.0),
+    change=ChangeTime.ANY_TIME,
+)
 INPUT_QOS: Final = Parameter[str](
     "qos.input", RELIABLE, "Quality of service of the subscriptions.", choices=PROFILES, kind=str
 )
@@ -35,7 +44,10 @@ INPUT_DEPTH: Final = Parameter[int](
     kind=int,
 )
 
-ROWS: Final[tuple[Parameter[Any], ...]] = (BANDWIDTH, MAX_GAP, INPUT_QOS, INPUT_DEPTH)
+ROWS: Final[tuple[Parameter[Any], ...]] = (
+    *(BANDWIDTH, MAX_GAP, PARTIAL_AGE),
+    *(INPUT_QOS, INPUT_DEPTH),
+)
 
 # For every measured joint J, as sensors.J.NAME: coordinate = sign * scale * (reading - offset).
 SENSOR: Final = "sensors"

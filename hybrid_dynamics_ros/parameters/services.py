@@ -17,7 +17,7 @@ TIMEOUT: Final = Parameter[float](
 QUEUE: Final = Parameter[int](
     "services.queue",
     64,
-    "Most calls that wait for each of the two processes; further ones are answered with BUSY.",
+    "Most calls that wait for each of the three processes; further ones are answered with BUSY.",
     bounds=(1, 100000),
     kind=int,
     change=ChangeTime.ANY_TIME,
@@ -29,5 +29,13 @@ LEAST_SINGULARITY: Final = Parameter[float](
     bounds=(0.0, 1.0),
     change=ChangeTime.ANY_TIME,
 )
+EFFORT_TOLERANCE: Final = Parameter[float](
+    "trajectory.effort_tolerance",
+    0.01,
+    "Points of a converted trajectory are so close that efforts between them are linear within this"
+    " share of the largest effort of each drive. 0: no points are added.",
+    bounds=(0.0, 1.0),
+    change=ChangeTime.ANY_TIME,
+)
 
-ROWS: Final[tuple[Parameter[Any], ...]] = (TIMEOUT, QUEUE, LEAST_SINGULARITY)
+ROWS: Final[tuple[Parameter[Any], ...]] = (TIMEOUT, QUEUE, LEAST_SINGULARITY, EFFORT_TOLERANCE)

@@ -26,7 +26,8 @@ class Lane(Enum):
         " beside the stream"
     )
     SHORT = "in a process beside it: milliseconds"
-    LONG = "in another process beside it: up to seconds"
+    SEARCH = "in another one, for inverse kinematics alone: milliseconds, seconds where it fails"
+    LONG = "in a third one: up to seconds, and trajectories of any length"
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Service:
 
 TABLE: Final = (
     Service("solve_fk", srv.SolveFK, solve_fk, Lane.SHORT),
-    Service("solve_ik", srv.SolveIK, solve_ik, Lane.LONG),
+    Service("solve_ik", srv.SolveIK, solve_ik, Lane.SEARCH),
     Service("inverse_dynamics", srv.InverseDynamics, inverse_dynamics, Lane.SHORT),
     Service("forward_dynamics", srv.ForwardDynamics, forward_dynamics, Lane.SHORT),
     Service("compute_jacobian", srv.ComputeJacobian, compute_jacobian, Lane.SHORT),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from time import monotonic
 
 import numpy as np
 from builtin_interfaces.msg import Duration
-from geometry_msgs.msg import PoseStamped
 from hybrid_dynamics_msgs.srv import ConvertTrajectory
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -20,15 +21,16 @@ from ..messages.joint_samples import (
     JointOrder,
     JointSample,
     RejectedError,
-    Rejection,
     RejectionCode,
     resting_besides,
 )
-from ..parameters import LEAST_SINGULARITY
+from ..parameters import EFFORT_TOLERANCE, LEAST_SINGULARITY
 from .answers import code_of
 from .context import ServiceContext
 from .kinematics import target_of
-from .trajectory_motion import ConvertedTrajectory, SampledTrajectory, convert, path_motion
+from .trajectory_conversion import Conversion, ConvertedTrajectory
+from .trajectory_follower import ConversionSettings
+from .trajectory_motion import PathSearch, SampledTrajectory, require_times
 
 
 def convert_trajectory(
@@ -37,51 +39,107 @@ def convert_trajectory(
     response: ConvertTrajectory.Response,
 ) -> None:
     """A path or a trajectory as one of the active joints, checked."""
-    if bool(request.path) == bool(request.joints.points):
-        raise RejectedError(
-            RejectionCode.BAD_REQUEST, "expected either points of joints or a path, and not both"
-        )
-    start = _start(context, request)
-    problem: Rejection | None = None
-    if request.path:
-        motion, problem = _motion_of_path(
-            context, request.path, start.u, position_only=request.position_only
-        )
-        header = Header(stamp=request.path[0].header.stamp)
-    else:
-        motion = motion_of_joints(context.robot, request.joints)
-        header = Header(stamp=request.joints.header.stamp)
-    count = motion.time.size
-    if count > 1:
-        converted = _convert(context, motion, start)
-        problem = converted.problem or problem
-        count = len(converted.time)
-        response.trajectory = _message(context.robot.active, converted, header)
-        response.nearest_singularity = converted.nearest
-    elif problem is None:
-        motion.complete()  # says what is wrong with so few points
-    response.first_bad = -1
-    if problem is not None:
-        response.error_code, response.error_text = code_of(problem), problem.text
-        response.first_bad = count
+    task = TrajectoryTask(context, request)
+    task.advance(context)
+    task.fill(context.robot, response)
 
 
-def _convert(
-    context: ServiceContext, motion: SampledTrajectory, start: ClosedState
-) -> ConvertedTrajectory:
-    near: ClosedState | None = start
-    # A path begins where inverse kinematics says, on the modes that it keeps.
-    if motion.names == context.robot.active and context.mode is None:
-        near = None
-    least = context.situation.settings[LEAST_SINGULARITY]
-    return convert(context.robot, motion, near, context.loads, least)
+class TrajectoryTask:
+    """The conversion of one request, done piece by piece; between two it can be pickled."""
+
+    def __init__(self, context: ServiceContext, request: ConvertTrajectory.Request) -> None:
+        """Read the request.
+
+        Args:
+            context: the robot and how it stands.
+            request: what is asked for, of the service or as the goal of the action.
+
+        Raises:
+            RejectedError: the request cannot be used.
+        """
+        if bool(request.path) == bool(request.joints.points):
+            text = "expected either points of joints or a path, and not both"
+            raise RejectedError(RejectionCode.BAD_REQUEST, text)
+        self._start = _start(context, request)
+        self._search: PathSearch | None = None
+        self._conversion: Conversion | None = None
+        if request.path:
+            self._search = _search(context, request, self._start.u)
+            self._header = Header(stamp=request.path[0].header.stamp)
+            return
+        trajectory = motion_of_joints(context.robot, request.joints)
+        self._header = Header(stamp=request.joints.header.stamp)
+        self._conversion = self._conversion_of(context, trajectory)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether there is nothing more to do."""
+        if self._conversion is not None:
+            return self._conversion.is_done
+        return self._search is not None and self._search.problem is not None
+
+    @property
+    def stage(self) -> Conversion | PathSearch:
+        """What is worked on: first a path is solved, then the motion is converted."""
+        stage = self._conversion or self._search
+        if stage is None:
+            raise AssertionError("a task has one of them from the start")
+        return stage
+
+    @property
+    def nearest(self) -> float:
+        """Smallest distance to a singularity so far; 1 before anything is converted."""
+        return 1.0 if self._conversion is None else self._conversion.nearest
+
+    def advance(self, context: ServiceContext, budget: float = math.inf) -> None:
+        """Work on it, for about so long [s] where `budget` says so."""
+        end = monotonic() + budget
+        if self._conversion is None and self._search is not None:
+            self._search.advance(context.robot, budget)
+            if not self._search.is_done:
+                return
+            self._begin_conversion(context, self._search)
+        if self._conversion is not None:
+            values = context.situation.settings
+            settings = ConversionSettings(
+                context.loads, values[LEAST_SINGULARITY], values[EFFORT_TOLERANCE]
+            )
+            self._conversion.advance(context.robot, settings, end - monotonic())
+
+    def _begin_conversion(self, context: ServiceContext, search: PathSearch) -> None:
+        trajectory = search.trajectory(context.robot)
+        if search.problem is not None and trajectory.time.size < 2:
+            return
+        self._conversion = self._conversion_of(context, trajectory)
+
+    def _conversion_of(self, context: ServiceContext, trajectory: SampledTrajectory) -> Conversion:
+        near: ClosedState | None = self._start
+        # Active joints begin where they say, on the modes of the robot.
+        if trajectory.names == context.robot.active and context.mode is None:
+            near = None
+        return Conversion(trajectory.motion(), near)
+
+    def fill(self, robot: Robot, response: ConvertTrajectory.Response) -> None:
+        """Write what came out into a response, or the result of the action."""
+        response.first_bad = -1
+        response.nearest_singularity = math.nan
+        problem = None
+        if self._conversion is not None:
+            converted = self._conversion.result()
+            response.trajectory = _message(robot.active, converted, self._header)
+            response.nearest_singularity = converted.nearest
+            problem, response.first_bad = converted.problem, converted.bad_point
+        if problem is None and self._search is not None and self._search.problem is not None:
+            problem, response.first_bad = self._search.problem, self._search.count
+        if problem is not None:
+            response.error_code, response.error_text = code_of(problem), problem.text
 
 
 def motion_of_joints(robot: Robot, message: JointTrajectory) -> SampledTrajectory:
     """A JointTrajectory as a motion.
 
-    All points have positions, and all or none of them velocities and accelerations. Idle joints
-    need not be named.
+    All points have positions, and any of them velocities, accelerations or both. Idle joints need
+    not be named.
 
     Args:
         robot: that moves.
@@ -92,56 +150,46 @@ def motion_of_joints(robot: Robot, message: JointTrajectory) -> SampledTrajector
     """
     if len(set(message.joint_names)) != len(message.joint_names):
         raise RejectedError(RejectionCode.DUPLICATE_JOINT, "a joint is named twice")
-    first = message.points[0]
-    has_velocity, has_acceleration = bool(len(first.velocities)), bool(len(first.accelerations))
     resting = resting_besides(robot, message.joint_names)
     names = (*message.joint_names, *resting)
     order = JointOrder(names, resting)
-    motions = []
+    shape = len(message.points), len(names)
+    position = np.zeros(shape)
+    velocity, acceleration = np.full(shape, np.nan), np.full(shape, np.nan)
     for number, point in enumerate(message.points):
-        sample = _sample(message.joint_names, point, has_velocity, has_acceleration)
         try:
-            motions.append(order.arrange(sample))
+            motion = order.arrange(_sample(message.joint_names, point))
         except RejectedError as error:
             text = f"point {number}: {error.rejection.text}"
             raise RejectedError(error.rejection.code, text) from error
-    velocity = acceleration = None
-    if has_velocity:
-        velocity = np.array([motion.velocity for motion in motions])
-        if has_acceleration:
-            acceleration = np.array([motion.acceleration for motion in motions])
-    return SampledTrajectory(
-        names,
-        np.array([conversions.seconds(point.time_from_start) for point in message.points]),
-        np.array([motion.position for motion in motions]),
-        velocity,
-        acceleration,
-    )
+        position[number] = motion.position
+        if motion.velocity is not None:
+            velocity[number] = motion.velocity
+        if motion.acceleration is not None:
+            acceleration[number] = motion.acceleration
+    time = np.array([conversions.seconds(point.time_from_start) for point in message.points])
+    return SampledTrajectory(names, time, position, velocity, acceleration)
 
 
-def _sample(
-    names: Sequence[str], point: JointTrajectoryPoint, has_velocity: bool, has_acceleration: bool
-) -> JointSample:
+def _sample(names: Sequence[str], point: JointTrajectoryPoint) -> JointSample:
     return JointSample(
         0,
         names,
         conversions.from_field(point.positions),
-        conversions.from_field(point.velocities) if has_velocity else None,
-        conversions.from_field(point.accelerations) if has_acceleration else None,
+        conversions.from_field(point.velocities) if len(point.velocities) else None,
+        conversions.from_field(point.accelerations) if len(point.accelerations) else None,
     )
 
 
-def _motion_of_path(
-    context: ServiceContext, path: Sequence[PoseStamped], start: FloatArray, *, position_only: bool
-) -> tuple[SampledTrajectory, Rejection | None]:
+def _search(
+    context: ServiceContext, request: ConvertTrajectory.Request, start: FloatArray
+) -> PathSearch:
+    robot, path, position_only = context.robot, request.path, request.position_only
     stamps = np.array([conversions.stamp_to_ns(pose.header.stamp) for pose in path])
     time = (stamps - stamps[0]) * 1e-9
-    late = np.flatnonzero(np.diff(time) <= 0.0)
-    if late.size:
-        text = f"point {late[0] + 1}: its stamp is not later than that of the point before"
-        raise RejectedError(RejectionCode.BAD_REQUEST, text)
-    targets = [target_of(context.robot, pose, position_only=position_only) for pose in path]
-    return path_motion(context.robot, time, targets, start, context.mode)
+    require_times(time)
+    targets = [target_of(robot, pose, position_only=position_only) for pose in path]
+    return PathSearch(time, targets, start, context.mode)
 
 
 def _start(context: ServiceContext, request: ConvertTrajectory.Request) -> ClosedState:

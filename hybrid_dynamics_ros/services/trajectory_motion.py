@@ -1,33 +1,25 @@
-"""Trajectories of any independent joints, or of the end effector, as ones of the active joints.
-
-Every point is followed from the one before it, so that no loop changes its assembly mode unnoticed.
-It is checked against limits and singularities. Knows no ROS.
-"""
+"""Motions through the points of a trajectory, and those along a path. Knows no ROS."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from time import monotonic
+from typing import Final
 
 import numpy as np
 
-from hybrid_dynamics_core import ClosedState, IKStatus, Loads, Pose, Robot
-from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_core.ground.units import coordinate_unit
+from hybrid_dynamics_core import ClosedState, IKStatus, Pose, Robot
 
-from ..messages.joint_samples import (
-    FloatArray,
-    OrderedMotion,
-    RejectedError,
-    Rejection,
-    RejectionCode,
-    rejection_of,
-)
-from ..stream.stroke_margins import StrokeMargins
+from ..messages.joint_samples import FloatArray, RejectedError, Rejection, RejectionCode
+from .trajectory_fit import completed
 
-_ROUNDING: Final = 1e-9  # [rad or m] that a limit may be passed by
 _UNSOLVED: Final = {IKStatus.LIMIT: RejectionCode.LIMIT, IKStatus.SINGULAR: RejectionCode.SINGULAR}
+# Of the powers 3, 4 and 5 of the time in an interval of length 1: from what is left of position,
+# velocity and acceleration at its end after the powers 0, 1 and 2.
+_QUINTIC: Final = np.array([[10.0, -4.0, 0.5], [-15.0, 7.0, -1.0], [6.0, -3.0, 0.5]])
+Point = tuple[FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +30,8 @@ class SampledTrajectory:
         names: of n coordinates.
         time: (N,) [s].
         position: (N, n) [rad or m].
-        velocity: (N, n) [rad/s or m/s], or None.
-        acceleration: (N, n) [rad/s^2 or m/s^2], or None.
+        velocity: (N, n) [rad/s or m/s], or None; rows that are not given hold NaN.
+        acceleration: (N, n) [rad/s^2 or m/s^2], or None; rows that are not given hold NaN.
     """
 
     names: tuple[str, ...]
@@ -48,173 +40,153 @@ class SampledTrajectory:
     velocity: FloatArray | None = None
     acceleration: FloatArray | None = None
 
-    def complete(self) -> SampledTrajectory:
-        """With rates and accelerations from splines where they are missing; at rest at both ends.
+    def motion(self) -> SmoothMotion:
+        """The motion through all points, and between them.
 
         Raises:
-            RejectedError: times do not increase, or there are too few points.
+            RejectedError: a time is negative, times do not increase, or there are too few points.
         """
-        if self.time.size < 2:
-            raise RejectedError(
-                RejectionCode.BAD_REQUEST, f"{self.time.size} points, expected 2 or more"
-            )
-        late = np.flatnonzero(np.diff(self.time) <= 0.0)
-        if late.size:
-            before = late[0]
-            times = f"{self.time[before + 1]:g} s, expected later than {self.time[before]:g} s"
-            raise RejectedError(RejectionCode.BAD_REQUEST, f"point {before + 1} is at {times}")
-        velocity, acceleration = self.velocity, self.acceleration
-        if velocity is None:
-            spline = _splines().CubicSpline(self.time, self.position, bc_type="clamped")
-            velocity, acceleration = spline(self.time, 1), spline(self.time, 2)
-        elif acceleration is None:
-            acceleration = _hermite_accelerations(self.time, self.position, velocity)
-        return SampledTrajectory(self.names, self.time, self.position, velocity, acceleration)
+        require_times(self.time)
+        nothing = np.full(self.position.shape, np.nan)
+        velocity = nothing if self.velocity is None else self.velocity
+        acceleration = nothing if self.acceleration is None else self.acceleration
+        rates = completed(self.time, self.position, velocity, acceleration)
+        return SmoothMotion(self.names, self.time, self.position, *rates)
+
+
+def require_times(time: FloatArray) -> None:
+    """Refuse times of points (N,) [s] that no motion can have.
+
+    Raises:
+        RejectedError: one is negative, they do not increase, or there are fewer than two.
+    """
+    if time.size < 2:
+        raise RejectedError(RejectionCode.BAD_REQUEST, f"{time.size} points, expected 2 or more")
+    if time[0] < 0.0:
+        text = f"point 0 is at {time[0]:g} s, expected no negative time"
+        raise RejectedError(RejectionCode.BAD_REQUEST, text)
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if late.size:
+        before = late[0]
+        times = f"{time[before + 1]:g} s, expected later than {time[before]:g} s"
+        raise RejectedError(RejectionCode.BAD_REQUEST, f"point {before + 1} is at {times}")
 
 
 @dataclass(frozen=True, eq=False)
-class ConvertedTrajectory:
-    """Points of the active joints, (k, n) each, as far as they are good.
+class SmoothMotion:
+    """Named coordinates as smooth functions of time.
+
+    Between two points they are polynomials of degree five, which have the positions, velocities and
+    accelerations of both. A joint_trajectory_controller moves in the same way.
 
     Attributes:
-        time: (k,) [s].
-        position, velocity, acceleration: [rad or m, per s, per s^2].
-        efforts: [N m or N].
-        nearest: smallest distance to a singularity on the way.
-        problem: what is wrong with point k, or None where all are good.
+        names: of n coordinates.
+        time: of N points (N,) [s].
+        position, velocity, acceleration: at the points (N, n) [rad or m, per s, per s^2].
     """
 
+    names: tuple[str, ...]
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
-    efforts: FloatArray
-    nearest: float
-    problem: Rejection | None
+
+    def at(self, time: float) -> Point:
+        """Position, velocity and acceleration (n,) at a time [s]."""
+        last = self.time.size - 2
+        k = int(np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, last))
+        for point in (k, k + 1):
+            if time == self.time[point]:
+                return self.position[point], self.velocity[point], self.acceleration[point]
+        span = float(self.time[k + 1] - self.time[k])
+        x = (time - self.time[k]) / span
+        coefficients = self._coefficients(k, span)
+        powers = x ** np.arange(6)
+        slopes = np.arange(1, 6) * powers[:5]
+        curvatures = np.arange(2, 6) * np.arange(1, 5) * powers[:4]
+        return (
+            powers @ coefficients,
+            slopes @ coefficients[1:] / span,
+            curvatures @ coefficients[2:] / span**2,
+        )
+
+    def _coefficients(self, k: int, span: float) -> FloatArray:
+        """Of the powers of the time in interval k as a share of its length: (6, n)."""
+        start, end = self._scaled(k, span), self._scaled(k + 1, span)
+        lower = np.stack([start[0], start[1], 0.5 * start[2]])
+        reached = np.stack([lower.sum(axis=0), lower[1] + 2.0 * lower[2], 2.0 * lower[2]])
+        return np.concatenate([lower, _QUINTIC @ (end - reached)])
+
+    def _scaled(self, k: int, span: float) -> FloatArray:
+        velocity, acceleration = span * self.velocity[k], span**2 * self.acceleration[k]
+        return np.stack([self.position[k], velocity, acceleration])
 
 
-def convert(
-    robot: Robot,
-    motion: SampledTrajectory,
-    near: ClosedState | None = None,
-    loads: Loads | None = None,
-    least: float = 0.0,
-) -> ConvertedTrajectory:
-    """The motion as one of the active joints, checked point by point; the first bad point ends it.
+class PathSearch:
+    """Active joints along poses of the end effector, each solved from the one before.
 
-    Args:
-        robot: the robot.
-        motion: of any independent set of coordinates.
-        near: where it comes from; its assembly modes are kept. None: the reference configuration.
-        loads: what acts on the robot; None: what its file says.
-        least: a point nearer to a singularity than this is bad, 0 singular, 1 best.
-
-    Raises:
-        RejectedError: the motion says nothing that can be used.
-        InputError: the coordinates are not independent.
+    It is done piece by piece; between two pieces it can be pickled.
     """
-    motion = motion.complete()
-    if motion.velocity is None or motion.acceleration is None:
-        raise AssertionError("a complete motion has rates and accelerations")
-    strokes = StrokeMargins(robot)
-    rows: list[list[FloatArray]] = []
-    nearest = 1.0
-    problem: Rejection | None = None
-    for point in zip(motion.position, motion.velocity, motion.acceleration, strict=True):
-        try:
-            near, ddu = _close(robot, motion.names, point, near)
-            _require_good(robot, near, strokes, least)
-            rows.append([near.u, near.du, ddu, robot.inverse_dynamics(near, ddu, loads)])
-        except RejectedError as error:
-            problem = _of_point(len(rows), motion, error.rejection)
-            break
-        except HybridDynamicsError as error:
-            problem = _of_point(len(rows), motion, rejection_of(error))
-            break
-        nearest = min(nearest, float(near.singularity))
-    points = np.array(rows).reshape(len(rows), 4, len(robot.active))
-    position, velocity, acceleration, efforts = points.swapaxes(0, 1)
-    time = motion.time[: len(rows)]
-    return ConvertedTrajectory(time, position, velocity, acceleration, efforts, nearest, problem)
 
+    def __init__(
+        self,
+        time: FloatArray,
+        poses: Sequence[Pose | FloatArray],
+        start: FloatArray,
+        near: ClosedState | None = None,
+    ) -> None:
+        """Nothing is solved so far.
 
-def path_motion(
-    robot: Robot,
-    time: FloatArray,
-    poses: Sequence[Pose | FloatArray],
-    start: FloatArray,
-    near: ClosedState | None = None,
-) -> tuple[SampledTrajectory, Rejection | None]:
-    """The motion of the active joints along poses of the end effector.
+        Args:
+            time: (N,) [s].
+            poses: N poses, or positions (3,) [m], in the base frame.
+            start: active joints where the search begins (n,).
+            near: a closed state whose assembly modes are kept; the robot's own if None.
+        """
+        self._time, self._poses, self._start, self._near = time, poses, start, near
+        self._rows: list[FloatArray] = []
+        self.problem: Rejection | None = None  # with the first pose that is not reached
 
-    Each pose is solved from the one before.
+    @property
+    def is_done(self) -> bool:
+        """Whether there is nothing more to solve."""
+        return self.problem is not None or self.count == len(self._poses)
 
-    Args:
-        robot: the robot.
-        time: (N,) [s].
-        poses: N poses, or positions (3,) [m], in the base frame.
-        start: active joints where the search begins (n,).
-        near: a closed state whose assembly modes are kept; the robot's own if None.
+    @property
+    def count(self) -> int:
+        """How many poses are solved."""
+        return len(self._rows)
 
-    Returns:
-        The motion as far as poses are reached, and what is wrong with the first one that is not.
-    """
-    u = start
-    rows: list[FloatArray] = []
-    for number, pose in enumerate(poses):
-        result = robot.inverse_kinematics(pose, seed=u, near=near)
-        if result.status is not IKStatus.SOLVED:
-            code = _UNSOLVED.get(result.status, RejectionCode.UNREACHABLE)
-            text = f"point {number} at {time[number]:g} s: {' '.join(result.message.split())}"
-            reached = SampledTrajectory(robot.active, time[:number], np.array(rows))
-            return reached, Rejection(code, text)
-        u = result.u
-        rows.append(u)
-    return SampledTrajectory(robot.active, time, np.array(rows)), None
+    @property
+    def progress(self) -> float:
+        """Solved share of the poses."""
+        return self.count / len(self._poses)
 
+    @property
+    def reached(self) -> float:
+        """Up to where the path is solved [s]."""
+        return float(self._time[max(self.count - 1, 0)])
 
-def _close(
-    robot: Robot, names: tuple[str, ...], point: Sequence[FloatArray], near: ClosedState | None
-) -> tuple[ClosedState, FloatArray]:
-    position, velocity, acceleration = point
-    if names == robot.active:
-        return robot.close(position, velocity, near=near), acceleration
-    values, rates, accelerations = OrderedMotion(*point).by_name(names)
-    state = robot.close_given(values, rates, accelerations, near=near)
-    dds = np.full_like(state.s, np.nan) if state.dds is None else state.dds
-    return state, dds[: state.n]
+    def advance(self, robot: Robot, budget: float = math.inf) -> None:
+        """Solve, for about so long [s] where `budget` says so."""
+        end = monotonic() + budget
+        while not self.is_done:
+            self._solve_next(robot)
+            if monotonic() > end:
+                break
 
+    def trajectory(self, robot: Robot) -> SampledTrajectory:
+        """The motion of the active joints as far as poses are reached."""
+        reached = np.array(self._rows).reshape(-1, len(robot.active))
+        return SampledTrajectory(robot.active, self._time[: len(reached)], reached)
 
-def _require_good(robot: Robot, state: ClosedState, strokes: StrokeMargins, least: float) -> None:
-    for k, name in enumerate(robot.coordinates):
-        low, value, high = float(strokes.lower[k]), float(state.s[k]), float(strokes.upper[k])
-        if not low - _ROUNDING <= value <= high + _ROUNDING:
-            kind = coordinate_unit(robot.joint_types[name])
-            text = f"{name} is {value:.6g} {kind}, expected {low:.6g} to {high:.6g} {kind}"
-            raise RejectedError(RejectionCode.LIMIT, text)
-    if float(state.singularity) < least:
-        place = f"at a distance of {state.singularity:.3g} (of at most 1) from a singularity"
-        text = f"loop {state.singular_loop} is {place}, expected {least:g} or more"
-        raise RejectedError(RejectionCode.SINGULAR, text)
-
-
-def _of_point(number: int, motion: SampledTrajectory, rejection: Rejection) -> Rejection:
-    text = f"point {number} at {motion.time[number]:g} s: {rejection.text}"
-    return Rejection(rejection.code, text)
-
-
-def _hermite_accelerations(
-    time: FloatArray, position: FloatArray, velocity: FloatArray
-) -> FloatArray:
-    """Accelerations of the cubic Hermite spline, the mean of both sides where pieces meet."""
-    spline = _splines().CubicHermiteSpline(time, position, velocity)
-    before, after = spline(np.nextafter(time, -np.inf), 2), spline(time, 2)
-    before[0], after[-1] = after[0], before[-1]
-    accelerations: FloatArray = 0.5 * (before + after)
-    return accelerations
-
-
-def _splines() -> Any:
-    from scipy import interpolate  # noqa: PLC0415  slow to import, and only this needs it
-
-    return interpolate
+    def _solve_next(self, robot: Robot) -> None:
+        number = self.count
+        seed = self._rows[-1] if self._rows else self._start
+        result = robot.inverse_kinematics(self._poses[number], seed=seed, near=self._near)
+        if result.status is IKStatus.SOLVED:
+            self._rows.append(result.u)
+            return
+        code = _UNSOLVED.get(result.status, RejectionCode.UNREACHABLE)
+        place = f"point {number} at {self._time[number]:g} s"
+        self.problem = Rejection(code, f"{place}: {' '.join(result.message.split())}")

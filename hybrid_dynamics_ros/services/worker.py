@@ -16,6 +16,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Final
@@ -26,16 +27,18 @@ from .answers import guarded
 from .context import ServiceContext
 from .table import BY_NAME
 
+Serve = Callable[[Connection, Robot], None]
 _NICENESS: Final = 5  # the stream comes first where processors are short
 _CHECK_PERIOD: Final = 0.2  # [s] between two checks whether the node is still there
 
 
-def main(descriptor: int, parent: int) -> None:
-    """Make a robot from what the node sends, then answer calls until the node is gone.
+def main(descriptor: int, parent: int, serve: Serve) -> None:
+    """Make a robot from what the node sends, then serve the node until it is gone.
 
     Args:
         descriptor: file descriptor of this end of the pipe.
         parent: process id of the node.
+        serve: what to do with the pipe and the robot.
     """
     # Ctrl-C reaches all processes of a terminal: the node ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -48,10 +51,10 @@ def main(descriptor: int, parent: int) -> None:
         return
     robot = Robot(description)  # a fault here is not the pipe's: it ends the process with its text
     with suppress(EOFError, OSError):  # the node is gone
-        _answer_calls(connection, robot)
+        serve(connection, robot)
 
 
-def _answer_calls(connection: Connection, robot: Robot) -> None:
+def answer_calls(connection: Connection, robot: Robot) -> None:
     """Say that the robot is ready, then answer one call after the other.
 
     Raises:
@@ -77,4 +80,4 @@ def _exit_with_node(parent: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]))
+    main(int(sys.argv[1]), int(sys.argv[2]), answer_calls)

@@ -7,16 +7,10 @@ replaced. Knows no rclpy.
 
 from __future__ import annotations
 
-import os
 import queue
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from multiprocessing.connection import Pipe
-from multiprocessing.reduction import ForkingPickler
-from types import MappingProxyType
 from typing import Any, Final
 
 from hybrid_dynamics_core.description.model import RobotDescription
@@ -25,19 +19,12 @@ from ..messages.joint_samples import Rejection, RejectionCode
 from ..stream.conditions import ConditionChange
 from ..stream.situation import Situation
 from .answers import refused
+from .processes import start
 from .table import BY_NAME, Lane
 
 Done = Callable[[Any, ConditionChange | None], None]
 _START_TIMEOUT: Final = 60.0  # [s] for a process to import all it needs
 _END_TIMEOUT: Final = 5.0  # [s] for a thread to see that it is over
-
-
-def _proxy(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
-    return MappingProxyType(values)
-
-
-# Frozen descriptions and states hold read-only mappings, which Python does not pickle.
-ForkingPickler.register(MappingProxyType, lambda proxy: (_proxy, (dict(proxy),)))
 
 
 @dataclass(frozen=True)
@@ -69,7 +56,8 @@ class WorkerPool:
     def __init__(self, description: RobotDescription) -> None:
         """Start them; a first call waits until its process is up."""
         self._lanes = {
-            lane: _Worker(lane.name.lower(), description) for lane in (Lane.SHORT, Lane.LONG)
+            lane: _Worker(lane.name.lower(), description)
+            for lane in (Lane.SHORT, Lane.SEARCH, Lane.LONG)
         }
 
     def submit(self, lane: Lane, job: ServiceCall, most: int) -> None:
@@ -114,22 +102,7 @@ class _Worker:
         self._connection.close()
 
     def _start(self) -> None:
-        self._connection, theirs = Pipe()
-        words = [
-            "-m",
-            "hybrid_dynamics_ros.services.worker",
-            str(theirs.fileno()),
-            str(os.getpid()),
-        ]
-        # Not multiprocessing's own processes: they bring a third one along, and import the main
-        # module again.
-        self._process = subprocess.Popen(  # noqa: S603 - our own module
-            [sys.executable, *words],
-            pass_fds=[theirs.fileno()],
-            stdin=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        )
-        theirs.close()
+        self._process, self._connection = start(f"{__package__}.worker")
         self._fresh = True
 
     def _restart(self) -> None:

@@ -6,6 +6,7 @@ depends only on the samples before, in their order.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 
@@ -17,8 +18,10 @@ from hybrid_dynamics_core.robot.compiled_calls import Call
 
 from ..messages.joint_samples import Calibration, FloatArray, OrderedMotion
 from .filter.filter import StampEvent
-from .filter.rate_estimator import EstimatorState, MotionEstimator, RateRows
+from .filter.rate_estimator import MotionEstimator, RateRows
+from .joint_groups import GroupedEstimator, State, stamp_of
 from .results import MotionResult, OneOrRows
+from .turns import TurnCounter, TurnRows, TurnState
 
 _RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
 
@@ -38,6 +41,7 @@ class MotionEvaluator:
             one before it only says how many whole turns passive joints have gone.
         last: all coordinates (n_s,) of the last sample [rad or m], which passive joints go on from;
             None: there was none.
+        wraps: how many jumps of nearly a whole turn were taken out of each joint's readings.
         gap: the newest that was too long, between stamps [s].
     """
 
@@ -60,12 +64,16 @@ class MotionEvaluator:
         self.calibration: Calibration | None = None
         self.mode: ClosedState | None = None
         self.gap = 0.0
+        self.wraps: Counter[str] = Counter()
         self._measures_active = self.measured == robot.active
         self.is_plain = self._measures_active
         self.last: FloatArray | None = None
         self._near: ClosedState | None = None
         start = robot.close(robot.reference)
         self._branch = start.branch
+        # Of readings, and of motions whose rates come from elsewhere.
+        self._turned: TurnState | None = None
+        self._turned_given: TurnState | None = None
         self.loads = robot.loads
         self.set_filter(bandwidth, max_gap)
         if not self._measures_active:
@@ -101,7 +109,10 @@ class MotionEvaluator:
     def set_filter(self, bandwidth: float, max_gap: float) -> None:
         """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
         self.estimator = MotionEstimator(bandwidth, max_gap)
-        self._memory: EstimatorState | None = None
+        is_angle = [self.robot.joint_types[name] == "revolute" for name in self.measured]
+        self._turns = TurnCounter(self.measured, is_angle, max_gap)
+        self._grouped = GroupedEstimator(self.estimator)
+        self._memory: State | None = None
 
     def calibrate(self, calibration: Calibration | None) -> None:
         """Read the sensors so from now on; where that is another way, the estimates start anew."""
@@ -119,6 +130,7 @@ class MotionEvaluator:
     def reset(self) -> None:
         """Forget the samples so far."""
         self._memory = self.last = None
+        self._turned = self._turned_given = None
         self._near = self.mode
 
     def step(self, stamp_ns: int, motion: OrderedMotion) -> MotionResult:
@@ -139,35 +151,78 @@ class MotionEvaluator:
             motion = motion.calibrated(self.calibration)
         if motion.acceleration is not None:
             motion.complete()
-            return self.evaluate(stamp_ns, motion)
-        memory, rates = self.estimator.step(
-            self._memory, stamp_ns, motion.position, motion.velocity
-        )
-        motion = OrderedMotion(motion.position, rates.velocity, rates.acceleration)
+            return self.given(stamp_ns, motion)
+        u, du, _ = motion
+        turned, u = self._turns.step(self._turned, stamp_ns, u, du)
+        memory, rates = self._grouped.step(self._memory, stamp_ns, u, du)
+        motion = OrderedMotion(u, rates.velocity, rates.acceleration)
         result = self.evaluate(stamp_ns, motion, rates.event)
         if rates.event is StampEvent.GAP and self._memory is not None:
-            self.gap = (stamp_ns - self._memory.filter.stamp_ns) * 1e-9
+            self.gap = (stamp_ns - stamp_of(self._memory)) * 1e-9
         self._memory = memory  # only now: a sample that the model refused must not reach the filter
+        if self._turned is not None and turned.turns is not self._turned.turns:
+            self.wraps.update(self._turns.wraps(self._turned, turned))
+        self._turned = turned
         return result
+
+    def given(self, stamp_ns: int, motion: OrderedMotion) -> MotionResult:
+        """The result of one sample whose rates come from elsewhere; the filter is left alone.
+
+        Args:
+            stamp_ns: its stamp [ns].
+            motion: of the measured joints; their angles may begin anew after a whole turn.
+
+        Raises:
+            HybridDynamicsError: what the model says of the sample.
+        """
+        before = self._turned_given
+        turned, position = self._turns.step(before, stamp_ns, motion.position, motion.velocity)
+        result = self.evaluate(stamp_ns, motion._replace(position=position))
+        self.wraps.update(self._turns.wraps(before, turned))
+        self._turned_given = turned
+        return result
+
+    def continued(
+        self,
+        stamps: NDArray[np.int64],
+        position: FloatArray,
+        velocity: FloatArray,
+        *,
+        is_given: bool = False,
+    ) -> TurnRows:
+        """Positions of N samples without jumps of whole turns; they are remembered once `taken`.
+
+        Args:
+            stamps: (N,) [ns].
+            position: (N, n) of the measured joints [rad or m].
+            velocity: (N, n) [rad/s or m/s]; NaN where it is not known.
+            is_given: whether rates come from elsewhere, as `given` takes them.
+        """
+        state = self._turned_given if is_given else self._turned
+        return self._turns.run(state, stamps, position, velocity)
 
     def rates(
         self,
         stamps: NDArray[np.int64],
         position: FloatArray,
         velocity: FloatArray,
-        measured: NDArray[np.bool_],
     ) -> RateRows:
         """Rates that the filter gives N samples; it goes on from there once they are `taken`.
 
-        Arguments are those of `MotionEstimator.run`.
+        Arguments are those of `GroupedEstimator.run`.
 
         Raises:
             RejectedError: rates are not finite.
         """
-        return self.estimator.run(self._memory, stamps, position, velocity, measured)
+        return self._grouped.run(self._memory, stamps, position, velocity)
 
-    def taken(self, rates: RateRows) -> None:
-        """Go on from the state of the filter after some rows."""
+    def taken(self, turned: TurnRows, rates: RateRows | None) -> None:
+        """Go on from the state after some rows; without rates, after rows that were `given`."""
+        self.wraps.update(turned.wraps)
+        if rates is None:
+            self._turned_given = turned.state
+            return
+        self._turned = turned.state
         if rates.state is not None:
             self._memory = rates.state
 

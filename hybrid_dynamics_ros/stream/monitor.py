@@ -53,7 +53,7 @@ class Monitor:
 
     def __init__(self, strokes: StrokeMargins) -> None:
         self.skipped = 0  # inputs left out because they came faster than they could be answered
-        self.lost = 0  # messages that the middleware threw away
+        self.lost = 0  # messages that never came, by the numbers of their publishers
         self.last_error = ""
         self._strokes = strokes
         self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
@@ -109,7 +109,7 @@ class Monitor:
             StatusEntry("received", str(counts.received), Level.OK if received else Level.STALE),
             StatusEntry("rejected since last report", str(rejected), _warn_if(rejected > 0)),
             StatusEntry("counts", counts.summary()),
-            StatusEntry("lost in the queue", str(self.lost)),
+            StatusEntry("lost on the way", str(self.lost)),
             StatusEntry("left out under overload", str(self.skipped)),
         ]
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.ground.wording import counted
 
 from ..messages.joint_samples import (
     JointOrder,
@@ -23,6 +24,7 @@ from ..messages.joint_samples import (
     rejection_of,
     resting_joints,
 )
+from ..messages.readings import ReadingOrder
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
 from .results import MotionResult
@@ -32,17 +34,28 @@ _UNREMARKABLE = (StampEvent.NEXT, StampEvent.FIRST)
 
 @dataclass
 class Counts:
-    """What happened to the samples so far."""
+    """What happened to the samples so far.
+
+    Attributes:
+        received: all.
+        with_efforts: those that gave efforts.
+        rejected: those that gave nothing, by reason.
+        events: what their stamps meant to the filter.
+        wraps: jumps of whole turns that were taken out of the readings, by joint.
+        waiting: those that had some joints, and waited for the others.
+    """
 
     received: int = 0
     with_efforts: int = 0
     rejected: Counter[RejectionCode] = field(default_factory=Counter)
     events: Counter[StampEvent] = field(default_factory=Counter)
+    wraps: Counter[str] = field(default_factory=Counter)
+    waiting: int = 0
 
     @property
     def accepted(self) -> int:
         """Samples that gave a result."""
-        return self.received - self.rejected.total()
+        return self.received - self.waiting - self.rejected.total()
 
     def summary(self) -> str:
         """One line for people: totals, rejections and restarts by kind."""
@@ -51,10 +64,14 @@ class Counts:
             f"{self.accepted} accepted",
             f"{self.with_efforts} with efforts",
         ]
+        if self.waiting:
+            parts.append(f"{self.waiting} with some joints, which waited for the others")
         parts += [f"{count} rejected: {code.value}" for code, count in self.rejected.items()]
         for event, count in self.events.items():
             if event not in _UNREMARKABLE:
                 parts.append(f"{count} {_plural(event, count)}")
+        for joint, count in self.wraps.items():
+            parts.append(f"{counted(count, 'whole turn')} of {joint} continued")
         return ", ".join(parts)
 
 
@@ -67,6 +84,7 @@ class Pipeline:
 
     Attributes:
         evaluator: does the work.
+        readings: of joint states, which may lack what others have.
         counts: what happened to the samples so far.
     """
 
@@ -75,13 +93,15 @@ class Pipeline:
     ) -> None:
         """The pipeline of one robot; arguments and errors are those of `MotionEvaluator`."""
         self.evaluator = MotionEvaluator(robot, bandwidth, max_gap, measured)
-        self.counts = Counts()
-        self._order = JointOrder(self.evaluator.measured, resting_joints(robot))
+        self.counts = Counts(wraps=self.evaluator.wraps)
+        resting = resting_joints(robot)
+        self._order = JointOrder(self.evaluator.measured, resting)
+        self.readings = ReadingOrder(self.evaluator.measured, resting)
 
     def process(
         self, sample: JointSample, *, is_estimated: bool = False
-    ) -> MotionResult | Rejection:
-        """The result of one sample, or why there is none.
+    ) -> MotionResult | Rejection | None:
+        """The result of one sample, or why there is none; None where it waits for other joints.
 
         A rejected sample leaves the filter alone. Raises nothing for any content of the sample.
 
@@ -97,6 +117,9 @@ class Pipeline:
             return self.reject(error.rejection)
         except HybridDynamicsError as error:
             return self.reject(rejection_of(error))
+        if result is None:
+            self.counts.waiting += 1
+            return None
         if result.efforts is not None:
             self.counts.with_efforts += 1
         if result.event is not None:
@@ -119,7 +142,12 @@ class Pipeline:
         self.counts.received += 1
         return self.reject(rejection)
 
-    def _process(self, sample: JointSample, is_estimated: bool) -> MotionResult:
+    def wait_unread(self) -> None:
+        """Count a message that waits for other joints elsewhere."""
+        self.counts.received += 1
+        self.counts.waiting += 1
+
+    def _process(self, sample: JointSample, is_estimated: bool) -> MotionResult | None:
         evaluator = self.evaluator
         if evaluator.is_plain and evaluator.calibration is None:
             return self._evaluate(sample, is_estimated)  # without NumPy's arithmetic
@@ -127,13 +155,15 @@ class Pipeline:
         with np.errstate(all="ignore"):
             return self._evaluate(sample, is_estimated)
 
-    def _evaluate(self, sample: JointSample, is_estimated: bool) -> MotionResult:
+    def _evaluate(self, sample: JointSample, is_estimated: bool) -> MotionResult | None:
         stamp_ns = sample.stamp_ns
         if stamp_ns < 0:
             raise RejectedError(
                 RejectionCode.BAD_STAMP, f"stamp is {stamp_ns} ns, expected 0 or more"
             )
-        motion = self._order.arrange(sample)
         if is_estimated:
-            return self.evaluator.evaluate(stamp_ns, motion)
-        return self.evaluator.step(stamp_ns, motion)
+            return self.evaluator.given(stamp_ns, self._order.arrange(sample))
+        if sample.acceleration is not None:
+            return self.evaluator.step(stamp_ns, self._order.arrange(sample))
+        reading = self.readings.arrange(sample)
+        return None if reading is None else self.evaluator.step(*reading)

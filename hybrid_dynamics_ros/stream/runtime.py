@@ -6,30 +6,38 @@ Knows no rclpy.
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from typing import Final
 
 import numpy as np
 
-from hybrid_dynamics_core import Loads, Payload, Robot
+from hybrid_dynamics_core import Loads, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.ground.suggestions import no_such_name
 from hybrid_dynamics_core.ground.wording import one_line
+from hybrid_dynamics_core.kernels.run import NotStoredError, stored_only
 
 from ..messages.joint_samples import JointSample, Rejection
 from ..parameters import (
     BANDWIDTH,
     MAX_GAP,
     MEASURED,
+    PARTIAL_AGE,
     PAYLOAD_FRAME,
     STILL,
     NodeSettings,
     ParameterError,
 )
-from .conditions import ConditionChange, Conditions, calibration_of, loads_of
+from .conditions import ConditionChange, Conditions, PayloadBody, calibration_of, loads_of
 from .monitor import Monitor
 from .pipeline import Pipeline
+from .rehearsal import Rehearsal, rehearse
 from .results import MotionResult
 from .situation import Situation
 from .stroke_margins import StrokeMargins
+
+Kind = tuple[tuple[str, ...], bool]
+_SOME_BODY: Final = PayloadBody(1.0, (0.0,) * 3, (0.0,) * 6)
 
 
 class Runtime:
@@ -54,6 +62,9 @@ class Runtime:
         self.result: MotionResult | None = None
         self.conditions = Conditions()
         self._taken: NodeSettings | None = None
+        self._prepared: set[Kind] = set()
+        # Makes code elsewhere and keeps it on disk; whether the robot still needs it.
+        self.make_code: Callable[[Rehearsal], bool] = lambda _: True
         self.take(settings)
         self._warm_up()
 
@@ -76,6 +87,15 @@ class Runtime:
         conditions = self.conditions.with_settings(settings, self._taken, self.robot.end_effector)
         return conditions, loads_of(self.robot, conditions)
 
+    def conditions_under(self, settings: NodeSettings) -> Conditions:
+        """What would hold with these settings.
+
+        Raises:
+            HybridDynamicsError: the payload is none.
+            ParameterError: its frame is none of the robot.
+        """
+        return self._conditions(settings)[0]
+
     def take(self, settings: NodeSettings) -> None:
         """Work with these settings from now on.
 
@@ -90,25 +110,51 @@ class Runtime:
         conditions, loads = self._conditions(settings)
         self.evaluator.loads = loads
         self.evaluator.calibrate(calibration_of(settings, self.measured))
+        self.pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
             self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
         self.conditions, self.settings, self._taken = conditions, settings, settings
 
-    def prepare(self, change: ConditionChange) -> None:
-        """Have the code for a change generated while the stream goes on."""
-        self._generate(loads_of(self.robot, change.applied(self.conditions)))
+    def is_prepared(self, conditions: Conditions) -> bool:
+        """Whether all code for such conditions is here: taking them holds up nothing."""
+        return _kind(conditions) in self._prepared
 
-    def change(self, change: ConditionChange) -> None:
-        """Work under changed conditions from now on; whoever made the change has checked them."""
+    def prepare(self, conditions: Conditions) -> None:
+        """Have all code for conditions here, while the stream goes on in another thread.
+
+        Raises:
+            HybridDynamicsError: the loads act on no frame of the robot, or are none.
+        """
+        if self.is_prepared(conditions):
+            return
+        rehearsal = Rehearsal(self.measured, conditions)
+        try:
+            with stored_only():
+                rehearse(self.robot, rehearsal)
+        except NotStoredError:
+            if self.make_code(rehearsal):
+                rehearse(self.robot, rehearsal)  # makes here what could not be made elsewhere
+        finally:
+            self._prepared.add(_kind(conditions))
+
+    def change(self, change: ConditionChange) -> bool:
+        """Work under changed conditions from now on; whoever made the change has checked them.
+
+        Returns:
+            Whether it is done: not where code has to be prepared first.
+        """
         with self.lock:
             conditions = change.applied(self.conditions)
+            if not self.is_prepared(conditions):
+                return False
             self.evaluator.loads = loads_of(self.robot, conditions)
             if conditions.mode is not self.conditions.mode:
                 self.evaluator.set_mode(conditions.mode)
             self.conditions = conditions
+            return True
 
-    def process(self, sample: JointSample) -> MotionResult | Rejection:
-        """The result of one sample, under the conditions of now."""
+    def process(self, sample: JointSample) -> MotionResult | Rejection | None:
+        """The result of one sample under the conditions of now; None: it waits for other joints."""
         with self.lock:
             return self.pipeline.process(sample)
 
@@ -137,6 +183,7 @@ class Runtime:
     def reset(self) -> None:
         """Forget the samples so far; the counts stay."""
         self.evaluator.reset()
+        self.pipeline.readings.joiner.clear()
         self.result = None
 
     def _warm_up(self) -> None:
@@ -145,17 +192,17 @@ class Runtime:
         robot.forward_kinematics(state)
         robot.jacobian(state)
         robot.hydraulics(state, np.zeros(state.n))
-        bare = loads_of(robot, Conditions(gravity=self.conditions.gravity))
+        bare = Conditions(gravity=self.conditions.gravity)
         frame = self.settings[PAYLOAD_FRAME] or robot.end_effector
-        loaded = bare.with_payload(Payload(1.0), frame)
-        # What parameters may bring while messages flow.
-        for loads in (bare, loaded, self.evaluator.loads):
-            self._generate(loads)
+        loaded = bare.with_payload(frame, _SOME_BODY)
+        # What most calls and parameters bring while messages flow.
+        for conditions in (bare, loaded, self.conditions):
+            self.prepare(conditions)
 
-    def _generate(self, loads: Loads) -> None:
-        self.evaluator.prepare(loads)
-        state = self.robot.close(self.robot.reference)
-        self.robot.reactions(state, np.zeros(state.n), loads)
+
+def _kind(conditions: Conditions) -> Kind:
+    """What decides which code conditions need; values of loads do not."""
+    return tuple(conditions.payloads), conditions.mode is None
 
 
 def _require_names(

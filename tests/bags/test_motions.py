@@ -61,7 +61,7 @@ def sequences(draw):
             draw(st.integers(0, 2)),
         )
         if kind == "odd" and names:
-            parts[which][draw(st.integers(0, 2))] = draw(
+            parts[which][draw(st.integers(0, len(names) - 1))] = draw(
                 st.sampled_from([0.9, 1e300, np.nan, np.inf, -0.0])
             )
         parts[which] = {"short": parts[which][:-1], "none": []}.get(kind, parts[which])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import pickle
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,10 +15,9 @@ from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.bags.batch_pipeline import BatchPipeline
 from hybrid_dynamics_ros.bags.decode import Decoder, sample_of_motion, sample_of_state
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
-from hybrid_dynamics_ros.stream.filter import batch as recursion
-from hybrid_dynamics_ros.stream.filter.batch import run_filter
-from hybrid_dynamics_ros.stream.filter.compiled import CompiledFilter
-from hybrid_dynamics_ros.stream.filter.filter import PolynomialFilter
+from hybrid_dynamics_ros.stream.filter import filter as filters
+from hybrid_dynamics_ros.stream.filter.polynomial import PolynomialFilter
+from hybrid_dynamics_ros.stream.filter.recursion import run_in_python
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.bags.messages import START, joint_state, messages_of, recorded
@@ -129,7 +129,12 @@ numbers = st.one_of(st.floats(0.08, 0.2), st.sampled_from([0.1, 0.9, 1e300, np.n
 steps = st.sampled_from(
     [10 * MS, 10 * MS, 9_999_999, 1, 0, -5 * MS, 600 * MS, 2 * MS]
 )  # from the message before [ns]
-NAMES = [ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")]
+HALVES = [("q1", "q12"), ("q4", "q22"), ("q22", "q4", "hose")]  # of several drivers
+NAMES = [
+    *(ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")),
+    *HALVES,
+]
+KINDS = ["good", "good", "good", "odd", "short", "none", "absent", "same"]
 
 
 @st.composite
@@ -137,12 +142,8 @@ def sequences(draw):
     """JointState messages: reordered joints, gaps, duplicates, resets, odd values and lengths."""
     stamp, pairs = START, []
     for k in range(draw(st.integers(1, 40))):
-        names = draw(
-            st.sampled_from(
-                [ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")]
-            )
-        )
-        kind = draw(st.sampled_from(["good", "good", "good", "odd", "short", "none", "same"]))
+        names = draw(st.sampled_from(NAMES))
+        kind = draw(st.sampled_from(KINDS))
         if kind == "same" and pairs:
             pairs.append(pairs[-1])
             continue
@@ -155,8 +156,10 @@ def sequences(draw):
         velocity = [] if kind == "none" else [0.01 * draw(st.integers(-3, 3)) for _ in names]
         if kind == "odd" and names:
             (position if draw(st.booleans()) or not velocity else velocity)[
-                draw(st.integers(0, 2))
+                draw(st.integers(0, len(names) - 1))
             ] = draw(numbers)
+        if kind == "absent":
+            velocity = [draw(st.sampled_from([0.01, np.nan])) for _ in names]
         if kind == "short":
             position = position[:-1]
         pairs.append((START + k, joint_state(stamp, names, position, velocity)))
@@ -206,25 +209,25 @@ def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count)
 
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("bandwidth", [1e-12, 1e-9, 0.01, 10.0, 1000.0])
-def test_the_filter_gives_the_same_bits_step_by_step_in_python_and_compiled(
+def test_the_filter_gives_the_same_bits_step_by_step_and_in_rows_in_python_and_compiled(
     degree, bandwidth, monkeypatch
 ):
     rng = np.random.default_rng(6)
     short, long = rng.integers(1, 50, 150), rng.integers(1, 20 * MS, 150)
     stamps = START + np.cumsum(np.where(np.arange(150) % 2, short, long))
-    samples = np.cumsum(rng.normal(0, 1e-3, (150, 3)), axis=0)
-    filt, state, wanted = PolynomialFilter(degree, bandwidth, max_gap=0.5), None, []
-    for stamp, sample in zip(stamps.tolist(), samples, strict=True):
-        state, _ = filt.step(state, stamp, sample)
-        wanted.append(state.derivatives)
-    compiled, after = CompiledFilter(degree, bandwidth, max_gap=0.5), None
-    for stamp, sample, derivatives in zip(stamps.tolist(), samples, wanted, strict=True):
-        after, _ = compiled.step(after, stamp, sample)
-        assert np.array_equal(after.derivatives, derivatives)
-    assert after.moments == state.moments
-    told = pickle.loads(pickle.dumps(samples))  # noqa: S301 - as another process of ours sends them
-    found = run_filter(filt, None, stamps, told)
-    monkeypatch.setattr(recursion, "advance_of", lambda _: None)
-    for derivatives, _, _, last in (found, run_filter(filt, None, stamps, samples)):
-        assert np.array_equal(derivatives, wanted)
-        assert last.moments == state.moments
+    samples = np.cumsum(rng.normal(0, 1e-3, (150, 1, 3)), axis=0)
+    received = pickle.loads(pickle.dumps(samples))  # noqa: S301 - as another process sends them
+    results = []
+    for advance in (filters.advance_of, lambda steps: partial(run_in_python, steps)):
+        monkeypatch.setattr(filters, "advance_of", advance)
+        filt = PolynomialFilter(degree, bandwidth, max_gap=0.5)
+        state, singly = None, []
+        for stamp, sample in zip(stamps.tolist(), samples, strict=True):
+            state, _ = filt.step(state, stamp, sample)
+            singly.append(state.derivatives)
+        rows = filt.run(None, stamps, received)
+        assert np.array_equal(rows.derivatives, singly)
+        assert np.array_equal(rows.state.memory, state.memory)
+        results.append((rows.derivatives, rows.state.memory))
+    for compiled, python in zip(*results, strict=True):
+        assert np.array_equal(compiled, python)

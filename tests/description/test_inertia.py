@@ -97,7 +97,7 @@ WRONG = {
         "inertia",
         "gives nothing; give one of: components",
     ),
-    "axes without angles": ("{xx: 1, frame: {}}", "inertia.frame", "missing 'rpy'"),
+    "axes without angles": ("{xx: 1, frame: {}}", "inertia.frame", "expected 1"),
     "not symmetric": ("[[1, 0, 0.1], [0, 1, 0], [0, 0, 1]]", "inertia", "not symmetric"),
     "negative radius": (
         "{sphere: {radius: -1}}",

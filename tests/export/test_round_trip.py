@@ -61,6 +61,7 @@ def assert_the_same(machine: Robot, back: Robot) -> None:
         )  # of SDFormat from the reference
         assert other.joints[name].effort_limit == joint.effort_limit
         assert other.joints[name].velocity_limit == joint.velocity_limit
+        assert other.joints[name].power_limit == joint.power_limit
     assert [(c.name, c.kind, c.assembly) for c in sorted(other.closures, key=lambda c: c.name)] == [
         (c.name, c.kind, c.assembly) for c in sorted(one.closures, key=lambda c: c.name)
     ]
@@ -120,7 +121,7 @@ SPATIAL = """
           friction: {viscous: 0.4, coulomb: 0.2, smoothing: 0.01},
           drive: {rotor_inertia: 0.001, gear_ratio: 20}, limits: [-1, .inf], effort_limit: 61.5}
       b: {type: revolute, parent: crank, child: bar, origin: {xyz: [0.2, 0, 0]}, axis: z,
-          velocity_limit: 12.25}
+          velocity_limit: 12.25, power_limit: 150.5}
       c: {type: revolute, parent: floor, child: rocker,
           origin: [{xyz: [0, 0, 0.3], rpy: [0.3, -0.4, 0.2]}, {xyz: [0.35, 0, 0]}], axis: z,
           spring: {stiffness: 3, rest: 0.4, preload: 0.7}}

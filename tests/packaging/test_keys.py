@@ -26,6 +26,7 @@ SYSTEM = {
 }
 JAZZY = {
     "ament_cmake",
+    "ament_index_python",
     "builtin_interfaces",
     "diagnostic_msgs",
     "geometry_msgs",
@@ -34,10 +35,8 @@ JAZZY = {
     "lifecycle_msgs",
     "rcl_interfaces",
     "rclpy",
-    "robot_state_publisher",
     "rosidl_default_generators",
     "rosidl_default_runtime",
-    "rviz2",
     "sensor_msgs",
     "std_msgs",
     "tf2_msgs",

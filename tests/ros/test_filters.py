@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hybrid_dynamics_ros.stream.filter.filter import PolynomialFilter, StampEvent
+from hybrid_dynamics_ros.stream.filter.filter import StampEvent
+from hybrid_dynamics_ros.stream.filter.polynomial import PolynomialFilter
 from hybrid_dynamics_ros.stream.filter.rate_estimator import MotionEstimator
 
 MS = 1_000_000  # [ns]
@@ -15,7 +16,7 @@ def run(filt, stamps_ns, samples):
     states = []
     state = None
     for stamp, sample in zip(stamps_ns, samples, strict=True):
-        state, _ = filt.step(state, int(stamp), np.atleast_1d(np.asarray(sample, dtype=float)))
+        state, _ = filt.step(state, int(stamp), np.array(sample, dtype=float).reshape(1, -1))
         states.append(state)
     return states
 
@@ -33,7 +34,7 @@ def test_a_polynomial_of_its_degree_is_exact_from_the_first_samples_on_at_any_st
     samples = value + slope * t + 0.5 * curvature * t * t
     states = run(PolynomialFilter(degree, bandwidth=10.0, max_gap=0.5), stamps, samples)
     for time, sample, state in list(zip(t, samples, states, strict=True))[degree:]:
-        assert state.degree == degree
+        assert state.quality == degree
         expected = [sample, slope + curvature * time, curvature][: degree + 1]
         # Rounding of the samples (1e-16 of up to 150) over squares of intervals of some ms.
         np.testing.assert_allclose(state.derivatives[:, 0], expected, rtol=0, atol=1e-7)
@@ -170,14 +171,14 @@ def test_joints_do_not_mix_to_the_last_bit(degree):
 
 def test_a_step_leaves_the_state_before_as_it_was():
     filt = PolynomialFilter(1, bandwidth=10.0, max_gap=0.5)
-    sample = np.array([1.0, 2.0])
+    sample = np.array([[1.0, 2.0]])
     first, _ = filt.step(None, 0, sample)
     kept = first.derivatives.copy()
     sample[:] = 99.0
-    one, _ = filt.step(first, MS, np.array([3.0, 4.0]))
-    two, _ = filt.step(first, MS, np.array([3.0, 4.0]))
+    one, _ = filt.step(first, MS, np.array([[3.0, 4.0]]))
+    two, _ = filt.step(first, MS, np.array([[3.0, 4.0]]))
     assert np.array_equal(first.derivatives, kept)
-    assert np.array_equal(first.sample, [1.0, 2.0])
+    assert np.array_equal(first.sample, [[1.0, 2.0]])
     assert np.array_equal(one.derivatives, two.derivatives)
 
 
@@ -198,7 +199,7 @@ def test_what_a_stamp_means(degree, stamp_ms, value, event, restarts):
     filt = PolynomialFilter(degree, bandwidth=10.0, max_gap=0.5)
     before = run(filt, np.arange(0, 101, 10) * MS, np.linspace(0.0, 0.2, 11))[-1]
     assert filt.ready(before)
-    after, found = filt.step(before, stamp_ms * MS, np.array([value]))
+    after, found = filt.step(before, stamp_ms * MS, np.array([[value]]))
     assert found is event
     assert filt.ready(after) is not restarts
     assert after.start_ns == (stamp_ms * MS if restarts else 0)
@@ -235,7 +236,7 @@ def test_a_third_stamp_that_almost_coincides_with_the_second_says_nothing_about_
     stamps = np.array([0, 10 * MS, 10 * MS + apart_ns, *range(20 * MS, 100 * MS, 10 * MS)])
     samples = 0.7 * stamps * 1e-9 + 1e-6 * rng.standard_normal(stamps.size)
     states = run(PolynomialFilter(2, bandwidth=10.0, max_gap=0.5), stamps, samples)
-    assert [s.degree for s in states] == [0, 1, 1] + [2] * 8
+    assert [s.quality for s in states] == [0, 1, 1] + [2] * 8
     # Noise over intervals of 10 ms: 1e-6 / 1e-4 s^2, and some more.
     assert max(abs(s.derivatives[2, 0]) for s in states) < 0.1
 
@@ -259,7 +260,7 @@ def test_the_slowest_filters_and_the_shortest_steps_give_the_polynomial(
     t = stamps / stamps[-1]
     samples = 0.3 - 0.2 * t + (0.5 * t * t if degree == 2 else 0.0)
     last = run(PolynomialFilter(degree, bandwidth, max_gap=0.5), stamps, samples)[-1]
-    assert last.degree == degree
+    assert last.quality == degree
     scale = (stamps[-1] * 1e-9) ** np.arange(degree + 1)
     expected = [samples[-1], -0.2 + (1.0 if degree == 2 else 0.0), 1.0][: degree + 1]
     # Rounding of the samples (1e-16) over squares of 1/19, and the condition of a fit over equal

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hybrid_dynamics_msgs.msg import ErrorCode
+from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
 from hybrid_dynamics_msgs.srv import SolveFK, SolveIK
 from sensor_msgs.msg import JointState
 
@@ -22,6 +22,11 @@ POSITION = [0.0, 0.1, 0.15, 0.0]
 
 def state(position=POSITION, velocity=(0.0,) * 4):
     return JointState(name=ACTIVE, position=list(position), velocity=list(velocity))
+
+
+def motion():
+    zeros = [0.0] * 4
+    return JointMotion(name=ACTIVE, position=POSITION, velocity=zeros, acceleration=zeros)
 
 
 def far_target():
@@ -120,7 +125,7 @@ def test_a_killed_worker_is_replaced_and_a_killed_node_leaves_no_process(start_n
     node = start_node()
     client = connect()
     workers = children(node.process.pid)
-    assert len(workers) == 2
+    assert len(workers) == 3
     for worker in workers:
         os.kill(worker, signal.SIGKILL)
     client.wait_until(
@@ -219,3 +224,51 @@ def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
     )
     assert late < early + 2.0, told  # queues fill at first, and stay full
     assert int(re.search(r"usual again (\d+) ms", told)[1]) <= 100, told
+
+
+def totals(client):
+    """Inputs that the newest report counts: received, left out and lost."""
+    values = {entry.key: entry.value for entry in client.diagnostics[-1].values}
+    counted = (values[key] for key in ("received", "left out under overload", "lost on the way"))
+    return sum(map(int, counted))
+
+
+def test_floods_are_counted_to_the_last_message_and_the_newest_state_is_answered(
+    start_node, connect
+):
+    """With nothing behind them, as fast as they can be sent: losses must not hang the node."""
+    node = start_node("-p", "diagnostics.period:=0.1")
+    node.wait_for("active joints")
+    client = connect()
+    first = client.new_stamp()
+    client.publish("active_joint_states", state(), first)
+    client.wait_for("joint_states", first)
+    client.wait_until(lambda: client.diagnostics and totals(client), "a report")
+    sent = totals(client)
+    for _ in range(3):
+        end = time.monotonic() + 0.4
+        while time.monotonic() < end:
+            last = client.new_stamp(1e-4)
+            client.publish("active_joint_states", state(), last)
+            sent += 1
+        client.wait_for("joint_states", last)
+        client.wait_until(lambda wanted=sent: totals(client) == wanted, "the count of all")
+    assert client.state() == "active"
+    assert node.stop() == 0
+
+
+def test_an_oversized_message_on_one_topic_costs_the_other_none(start_node, connect):
+    node = start_node("-p", "log_period:=0.0")
+    node.wait_for("active joints")
+    client = connect()
+    names = [f"joint_{k}" for k in range(60_000)]
+    long = JointState(name=names, position=np.zeros(len(names)).tolist())
+    long.velocity = long.effort = long.position
+    client.publish("active_joint_states", long, client.new_stamp())
+    stamps = [client.new_stamp(0.01) for _ in range(100)]
+    for stamp in stamps:
+        client.publish("active_joint_motions", motion(), stamp)
+    for stamp in stamps:
+        client.wait_for("joint_states", stamp)
+    node.wait_for("rejected, too long: a message of [0-9]+ bytes, expected 131072 at most")
+    assert node.stop() == 0

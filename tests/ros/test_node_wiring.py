@@ -48,6 +48,13 @@ def ros_node():
     context.try_shutdown()
 
 
+def receive(node, topic, data):
+    """Hands bytes to the node as if they had come: topic 0 is of states, 1 of motions."""
+    source = node._stream.inputs[topic]
+    source.queue.put(bytes(data))
+    node._stream._on_message(source)
+
+
 MESSAGE = JointState(name=["q1", "q12", "q22", "q4"], position=[0.0, 0.1, 0.15, 0.0])
 
 
@@ -56,7 +63,7 @@ def test_a_bug_in_the_model_is_logged_with_its_place_counted_and_survived(ros_no
     runtime = ros_node._runtime
     runtime.evaluator.robot = Faulty(runtime.robot)
     for _ in range(3):
-        ros_node._stream._on_state(serialize_message(MESSAGE))
+        receive(ros_node, 0, serialize_message(MESSAGE))
     assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in ros_node.summary()
     logged = capfd.readouterr().err
     assert logged.count("ZeroDivisionError: a bug") == 1  # once in a period
@@ -71,8 +78,8 @@ def test_messages_that_cannot_be_read_count_as_received_and_rejected(ros_node):
     whole = serialize_message(MESSAGE)
     counts = ros_node._runtime.pipeline.counts
     for size in (*range(4, len(whole), 9), len(whole)):
-        ros_node._stream._on_state(whole[:size])
-        ros_node._stream._on_motion(whole[:size])
+        receive(ros_node, 0, whole[:size])
+        receive(ros_node, 1, whole[:size])
         assert counts.accepted >= 0
     assert counts.received == 2 * len(range(4, len(whole), 9)) + 2
     assert counts.rejected[RejectionCode.INTERNAL] > 0
@@ -86,9 +93,9 @@ def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(ros_
     def broken(_):
         raise ZeroDivisionError("a bug")
 
-    ros_node._stream._readers = (broken, broken)
+    ros_node._stream.inputs[0].read = broken
     for _ in range(3):
-        ros_node._stream._on_state(serialize_message(MESSAGE))
+        receive(ros_node, 0, serialize_message(MESSAGE))
     assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in ros_node.summary()
     assert "ZeroDivisionError: a bug" in capfd.readouterr().err
 
@@ -114,7 +121,7 @@ def test_efforts_that_cannot_be_told_are_not_counted(ros_node, error, code):
     end = time.monotonic() + 5.0
     counts = ros_node._runtime.pipeline.counts
     while not counts.rejected.total() and time.monotonic() < end:  # until the listener is known
-        ros_node._stream._on_motion(serialize_message(motion))
+        receive(ros_node, 1, serialize_message(motion))
         time.sleep(0.05)
     assert counts.rejected == {code: 1}
     assert counts.with_efforts == counts.accepted == counts.received - 1
@@ -146,6 +153,14 @@ def test_the_names_are_those_of_the_tables(ros_node):
         "/wired/hybrid_dynamics/active_joint_motions",
         "/wired/hybrid_dynamics/joint_trajectory",
     }
+
+
+def test_no_topic_has_an_event_whose_locks_the_receiving_thread_takes_in_another_order(ros_node):
+    ros_node.start()
+    topics = [*ros_node.publishers, *ros_node.subscriptions]
+    assert len(topics) > len(TOPICS)
+    assert [topic.topic_name for topic in topics if topic.event_handlers] == []
+    assert [*ros_node.waitables] == []
 
 
 def test_what_configure_makes_cleanup_takes_away(ros_node):

@@ -14,7 +14,9 @@ import pytest
 from hybrid_dynamics_core import ClosedState, Payload, Robot, load
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
-from hybrid_dynamics_ros.services.trajectory_motion import SampledTrajectory, convert
+from hybrid_dynamics_ros.services.trajectory_conversion import convert
+from hybrid_dynamics_ros.services.trajectory_follower import ConversionSettings
+from hybrid_dynamics_ros.services.trajectory_motion import SampledTrajectory
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.sampling import swept
@@ -121,7 +123,7 @@ def test_a_trajectory_without_rates_is_that_of_its_spline(name: str, given: str)
     payload = Payload(7.0, np.array([0.05, 0.0, 0.1]))
     loads = robot.loads.with_payload(payload, robot.end_effector)
     near = robot.close(robot.reference)
-    converted = convert(robot, motion, near=near, loads=loads, least=1e-3)
+    converted = convert(robot, motion, near, ConversionSettings(loads, 1e-3))
     assert converted.problem is None
     state = robot.close(u, du)
     expected = robot.inverse_dynamics(state, ddu, loads)

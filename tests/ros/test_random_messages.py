@@ -108,13 +108,16 @@ def test_random_streams_give_true_numbers_or_reasons(robot, fillers, stream):
         assert (
             message == before or not np.isfinite(list(numbers(before))).all()
         )  # NaN is not itself
+        if result is None:
+            continue  # it waits for other joints
         if isinstance(result, Rejection):
             assert result.text
             continue
         assert isinstance(result, MotionResult)
         accepted += 1
         given_at = dict(zip(message.name, message.position, strict=False))
-        assert [given_at[name] for name in ACTIVE] == list(result.active.position)
+        if not pipeline.counts.wraps:  # none of the jumps was one of a whole turn so far
+            assert [given_at[name] for name in ACTIVE] == list(result.active.position)
         assert result.residual < 1e-9
         for kind, fill in fillers:
             sent = fill(result)
@@ -124,7 +127,7 @@ def test_random_streams_give_true_numbers_or_reasons(robot, fillers, stream):
                 assert np.isfinite(list(numbers(out))).all()
     counts = pipeline.counts
     assert (counts.received, counts.accepted) == (LENGTH, accepted)
-    assert counts.received == counts.accepted + counts.rejected.total()
+    assert counts.received == counts.accepted + counts.waiting + counts.rejected.total()
 
 
 def test_a_running_node_survives_random_messages_and_is_right_after_them(client, robot):

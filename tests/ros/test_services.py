@@ -311,5 +311,5 @@ def test_a_worker_that_cannot_make_its_robot_says_why(monkeypatch):
     ours.send("a description")
     descriptor = os.dup(theirs.fileno())  # `main` closes its own
     with pytest.raises(PermissionError, match="the folder of the kernels"):
-        worker.main(descriptor, os.getppid())
+        worker.main(descriptor, os.getppid(), worker.answer_calls)
     assert not ours.poll()

@@ -237,9 +237,12 @@ def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_others(
 @pytest.mark.sweep(sample="test_who_goes_to_a_box_pauses_the_motion_which_would_write_into_it")
 def test_a_box_of_the_page_that_somebody_goes_to_pauses_the_motion(page_of_an_excavator) -> None:
     viewer, page = page_of_an_excavator
-    viewer.panel.playback.speed = 0.02  # a busy machine has time to see it play
+    viewer.panel.playback.speed = 0.005  # a busy machine has time to see it play
     page.get_by_text("Play", exact=True).click()
     page.get_by_text("Pause", exact=True).wait_for(timeout=PATIENCE)
+    boxes(page).nth(SLEW).focus()  # as the page does itself when a number comes late
+    page.wait_for_timeout(300)
+    assert viewer.panel.playback.playing
     boxes(page).nth(SLEW).click()
     page.get_by_text("Play", exact=True).wait_for(timeout=PATIENCE)
     assert 0.0 < viewer.panel.playback.time < 1.0  # [s] it has not come to its end

@@ -14,6 +14,7 @@ _JOINT_KEYS = (  # of a row that a joint has too
     "limits",
     "effort_limit",
     "velocity_limit",
+    "power_limit",
     "friction",
     "drive",
     "spring",

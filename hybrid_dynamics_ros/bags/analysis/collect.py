@@ -15,7 +15,7 @@ from hybrid_dynamics_core import ClosedState, load
 from hybrid_dynamics_core.ground.progress import Progress
 
 from ...messages.joint_samples import FloatArray, resting_joints
-from ...parameters import MAX_GAP, NodeSettings
+from ...parameters import MAX_GAP, PARTIAL_AGE, NodeSettings
 from ...stream.pipeline import Pipeline
 from ..batch_outputs import NODE
 from ..batch_pipeline import BatchPipeline, BatchResult
@@ -78,7 +78,11 @@ def collect(  # noqa: PLR0913 - the command's options
             every=max(1, math.ceil(count / most)),
         )
         evaluator = pipeline.evaluator
-        decoder = Decoder(evaluator.measured, resting=resting_joints(evaluator.robot))
+        decoder = Decoder(
+            evaluator.measured,
+            resting=resting_joints(evaluator.robot),
+            max_age=settings[PARTIAL_AGE],
+        )
         for samples in _read(source, name, decoder):
             collector.add(samples)
         collector.smooth_waiting()

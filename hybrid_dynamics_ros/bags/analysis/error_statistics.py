@@ -39,6 +39,7 @@ class ErrorStatistics:
         integers = np.zeros(n, dtype=np.int64)
         return ErrorStatistics(integers, zeros, zeros, zeros, integers, zeros, zeros)
 
+    @np.errstate(over="ignore", invalid="ignore")  # of numbers that damage made
     def add(self, recorded: FloatArray, computed: FloatArray, stamp_ns: NDArray[np.int64]) -> None:
         """Add samples.
 

@@ -13,10 +13,9 @@ import numpy as np
 from hybrid_dynamics_core.ground.progress import Progress
 from hybrid_dynamics_core.ground.suggestions import suggestion
 
-from ...messages.interfaces import deserialize, typestore
 from ..errors import BagCallError, BagError
 from ..storage.bag_reader import BagReader
-from ..storage.storage import Topic
+from .topic_types import Decode, UnknownTypeError, decoder_of
 
 FORMATS: Final = ("csv", "parquet", "npz")
 # Fields that name the entries of others.
@@ -131,36 +130,40 @@ def _require_folder(target: Path, *, overwrite: bool) -> None:
         )
 
 
-def _exported_topics(source: BagReader, names: tuple[str, ...]) -> dict[str, Topic]:
-    """The topics that are wanted and whose types are known. Raises BagCallError."""
+def _exported_topics(source: BagReader, names: tuple[str, ...]) -> dict[str, Decode]:
+    """What decodes the topics that are wanted and can be decoded. Raises BagCallError."""
     for name in names:
         if name not in source.topics:
             hint = suggestion(name, source.topics)
             raise BagCallError(
                 f"{source.path}: no topic {name}{hint}; there are: {', '.join(source.topics)}"
             )
-    exported = {}
+    exported: dict[str, Decode] = {}
     for name, topic in source.topics.items():
         if names and name not in names:
             continue
-        if topic.kind in typestore().types:
-            exported[name] = topic
-        else:
-            source.losses.add(f"{name}: its type {topic.kind} is not known; it is left out")
+        try:
+            decode, problem = decoder_of(topic)
+        except UnknownTypeError as error:
+            source.losses.add(f"{name}: {error}; it is left out")
+            continue
+        exported[name] = decode
+        if problem:
+            source.losses.add(f"{name}: {problem}")
     return exported
 
 
-def _tables(source: BagReader, topics: Mapping[str, Topic]) -> dict[str, Columns]:
+def _tables(source: BagReader, topics: Mapping[str, Decode]) -> dict[str, Columns]:
     """Columns of each topic."""
     tables: dict[str, Columns] = {}
-    total = sum(topic.message_count or 0 for topic in topics.values())
+    total = sum(source.topics[name].message_count or 0 for name in topics)
     with Progress(source.path.name, total or 1) as progress:
         done = 0
         for name, messages in source.read(frozenset(topics)):
             columns = tables.setdefault(name, {_LOG_TIME: []})
             for log_ns, data in messages.raw():
                 try:
-                    message = deserialize(data, topics[name].kind)
+                    message = topics[name](data)
                 except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes
                     source.losses.add(
                         f"{name}: the message logged at {log_ns} ns is none ({error})"

@@ -5,11 +5,10 @@ All that can be read is read. What could not be read is told in `BagReader.losse
 
 from __future__ import annotations
 
-import re
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -22,16 +21,20 @@ from hybrid_dynamics_core.ground.file_kinds import (
     storage_suffix,
 )
 
-from ..errors import BagError, wrong_kind
+from ...messages.interfaces import typestore
+from ..errors import BagCallError, BagError, wrong_kind
 from .compression import ZSTD_ERRORS, zstd
 from .mcap_reader import McapReader
 from .metadata import read_metadata
+from .pieces import Storage, in_time_order
+from .recording_files import are_one_recording, missing_parts, part_name, recording_files
 from .sqlite_reader import SqliteReader
-from .storage import Losses, Messages, RawMessage, Storage, Topic
+from .storage import CDR, Losses, Messages, RawMessage, Topic, unpack_messages
 
 RECORDING: Final = (
     "a recording (a rosbag2 folder, a .mcap or .db3 file, or one of them with .zstd behind)"
 )
+_MAX_LISTED: Final = 3  # names or losses in an error
 _COPY_SIZE: Final = 1 << 20  # [bytes]
 
 
@@ -48,7 +51,7 @@ class BagReader:
         """Open a folder or a file.
 
         Raises:
-            BagCallError: there is no bag.
+            BagCallError: there is no bag, or there are several.
             BagError: nothing of it can be read.
         """
         require_recording(path)
@@ -57,7 +60,7 @@ class BagReader:
         self._stack = ExitStack()
         self._metadata = read_metadata(path, self.losses)
         try:
-            self._files = [self._open(file) for file in self._paths()]
+            self._files = self._open_all(self._paths())
         except BaseException:
             self._stack.close()
             raise
@@ -74,6 +77,13 @@ class BagReader:
         """Messages of all topics, as the bag says; a topic without a number counts as none."""
         return sum(topic.message_count or 0 for topic in self.topics.values())
 
+    def span(self) -> tuple[int, int] | None:
+        """First and last log time [ns]; None where there are no messages."""
+        spans = [piece.span for file in self._files for piece in file.pieces(None)]
+        if not spans:
+            return None
+        return min(first for first, _ in spans), max(last for _, last in spans)
+
     def read(self, wanted: frozenset[str] | None = None) -> Iterator[tuple[str, Messages]]:
         """Messages in pieces of one topic, each topic in the order of log times.
 
@@ -81,18 +91,20 @@ class BagReader:
             wanted: names of topics; None for all.
         """
         counts: Counter[str] = Counter()
-        for file in self._files:
-            for name, messages in file.read(wanted):
-                counts[name] += len(messages)
-                yield name, messages
+        pieces = [piece for file in self._files for piece in file.pieces(wanted)]
+        is_packed = self._metadata.message_compression
+        for name, packed in in_time_order(pieces):
+            messages = unpack_messages(packed, self.losses, name, is_packed=is_packed)
+            counts[name] += len(messages)
+            yield name, messages
         for name, topic in self.topics.items():
             if wanted is None or name in wanted:
                 self._check_count(topic, counts[name])
 
     def _check_count(self, topic: Topic, count: int) -> None:
-        """Add a loss where there are not as many messages as the bag says."""
+        """Add a loss where there are fewer messages than the bag says."""
         expected = topic.message_count
-        if expected is not None and count != expected:
+        if expected is not None and count < expected:
             self.losses.add(
                 f"{topic.name}: {count} messages could be read of {expected} that the bag says"
                 " it has"
@@ -102,17 +114,52 @@ class BagReader:
         """The files that there are of this bag."""
         if self.path.is_file():
             return [self.path]
-        files = []
-        for name in self._metadata.file_names:
-            file = self.path / name
-            if file.is_file():
-                files.append(file)
-            else:
-                self.losses.add(f"{name}: the file is missing")
-        if not files:
-            files = sorted(file for file in self.path.iterdir() if storage_suffix(file) is not None)
-        if not files:
+        there = recording_files(self.path)
+        if not there:
             raise BagError(f"{self.path}: no .mcap or .db3 file is left of this recording")
+        names = self._metadata.file_names
+        if not names:
+            self._require_one(there)
+            return there
+        listed = [self.path / name for name in names if (self.path / name).is_file()]
+        others = [file for file in there if file not in listed]
+        missing = [name for name in names if self.path / name not in listed]
+        if len(missing) == len(names) == len(others):  # renamed, all of them
+            return others
+        for name in missing:
+            self.losses.add(f"{name}: the file is missing")
+        stems = {part_name(Path(name)).stem for name in names}
+        parts = [file for file in others if not listed or part_name(file).stem in stems]
+        for file in others:
+            if file not in parts:
+                self.losses.add(f"{file.name}: is not in {BAG_METADATA}, and is not read")
+        return [*listed, *parts]
+
+    def _require_one(self, files: Sequence[Path]) -> None:
+        """Refuse a folder of several recordings; tell which parts of one are missing."""
+        if not are_one_recording(self.path, files, span_of):
+            names = ", ".join(file.name for file in files[:_MAX_LISTED])
+            raise BagCallError(
+                f"{self.path}: holds {len(files)} recordings ({names}, ...), and no"
+                f" {BAG_METADATA} that makes them one; name one of them"
+            )
+        for name in missing_parts(files):
+            self.losses.add(f"{name}: missing, though the parts before and behind are there")
+
+    def _open_all(self, paths: Sequence[Path]) -> list[Storage]:
+        """All files that can be read. Raises BagError where there are none."""
+        files: list[Storage] = []
+        errors: list[BagError] = []
+        for path in paths:
+            try:
+                files.append(self._open(path))
+            except BagError as error:
+                errors.append(error)
+        if not files:
+            losses = [f"; lost: {loss}" for loss in self.losses.describe()[:_MAX_LISTED]]
+            raise BagError(f"{errors[0]}{''.join(losses)}") from errors[0]
+        for problem in errors:
+            self.losses.add(str(problem))
         return files
 
     def _open(self, file: Path) -> Storage:
@@ -121,8 +168,7 @@ class BagReader:
             reader = McapReader
         if file.suffix == ".zstd":
             file = self._decompress(file)
-        compressed = self._metadata.message_compression
-        storage: Storage = reader(file, self.losses, message_compression=compressed)
+        storage: Storage = reader(file, self.losses)
         self._stack.callback(storage.close)
         return storage
 
@@ -141,16 +187,54 @@ class BagReader:
         return target
 
     def _merge_topics(self) -> dict[str, Topic]:
-        """The topics of all files; the metadata come before what the files say."""
+        """The topics of all files, with what the metadata say about them."""
         topics: dict[str, Topic] = {}
         for file in self._files:
             for topic in file.topics():
                 topics[topic.name] = _with_count_of(topic, topics.get(topic.name))
         for topic in self._metadata.topics:
-            stored = topics.get(topic.name, topic)
-            qos = topic.qos or stored.qos
-            topics[topic.name] = replace(topic, qos=qos, definition=stored.definition)
+            stored = topics.get(topic.name)
+            if stored is not None:
+                topics[topic.name] = self._with_metadata(stored, topic)
+            elif topic.message_count:
+                self.losses.add(
+                    f"{topic.name}: in {BAG_METADATA} with {topic.message_count} messages, and in"
+                    " no file that can be read"
+                )
+            else:
+                topics[topic.name] = topic
         return topics
+
+    def _with_metadata(self, stored: Topic, topic: Topic) -> Topic:
+        """A topic of the files; the metadata add what files may not say."""
+        if topic.kind != stored.kind and stored.kind:
+            self.losses.add(
+                f"{stored.name}: of type {topic.kind} in {BAG_METADATA}, and of {stored.kind} in"
+                " its file: one is damaged"
+            )
+        kind = topic.kind if _is_better(topic.kind, stored.kind) else stored.kind
+        encoding = stored.encoding
+        if topic.encoding != stored.encoding:
+            encoding = CDR
+            self.losses.add(
+                f"{stored.name}: in the encoding {topic.encoding} by {BAG_METADATA}, and in"
+                f" {stored.encoding} by its file; {CDR} is taken"
+            )
+        count = max(stored.message_count or 0, topic.message_count or 0)
+        return replace(
+            stored,
+            kind=kind,
+            qos=topic.qos or stored.qos,
+            digest=stored.digest or topic.digest,
+            encoding=encoding,
+            message_count=count or None,
+        )
+
+
+def _is_better(kind: str, other: str) -> bool:
+    """Whether a type is known, and the other is not."""
+    types = typestore().types
+    return not other or (kind in types and other not in types)
 
 
 def _with_count_of(topic: Topic, earlier: Topic | None) -> Topic:
@@ -187,6 +271,15 @@ def require_recording(path: Path) -> None:
         raise wrong_kind(path, RECORDING)
 
 
+def span_of(path: Path) -> tuple[int, int] | None:
+    """First and last log time of a bag [ns]; None where nothing of it can be read."""
+    try:
+        with BagReader(path) as bag:
+            return bag.span()
+    except (BagError, OSError):
+        return None
+
+
 def bags_of(path: Path) -> list[Path]:
     """The bags that a path means: itself, or those in a folder of bags.
 
@@ -200,7 +293,8 @@ def bags_of(path: Path) -> list[Path]:
     bags = [entry for entry in entries if _is_bag(entry)]
     if not bags:
         raise wrong_kind(path, RECORDING)
-    if _are_parts_of(path, bags):
+    has_folders = any(entry.is_dir() for entry in bags)
+    if not has_folders and are_one_recording(path, recording_files(path), span_of):
         return [path]
     return bags
 
@@ -213,9 +307,3 @@ def _is_bag(path: Path) -> bool:
     if (path / BAG_METADATA).is_file():
         return True
     return any(storage_suffix(file) is not None for file in path.iterdir())
-
-
-def _are_parts_of(folder: Path, files: list[Path]) -> bool:
-    """Whether these are the files of one bag that lost its metadata."""
-    stems = {re.sub(r"_\d+$", "", file.stem) for file in files}
-    return stems == {folder.name} and all(file.is_file() for file in files)

@@ -12,8 +12,9 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
-__all__ = ["ZSTD_ERRORS", "decompress_chunk", "zstd"]
+__all__ = ["ZSTD_ERRORS", "ZSTD_MARK", "decompress_chunk", "zstd"]
 
+ZSTD_MARK: Final = b"\x28\xb5\x2f\xfd"  # how every frame begins; no CDR message does
 ZSTD_ERRORS: Final = (zstd.ZstdError, EOFError)
 _MAX_CHUNK_SIZE: Final = 1 << 32  # [bytes], uncompressed: a larger length is broken
 

@@ -1,6 +1,7 @@
 """MCAP files, read chunk by chunk: a chunk's messages become one array.
 
 Chunks carry checksums, which are compared. A file that ends early gives the chunks before its end.
+Where chunks are and when they begin is in the file several times. One damaged place is not trusted.
 """
 
 from __future__ import annotations
@@ -8,8 +9,7 @@ from __future__ import annotations
 import mmap
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from itertools import zip_longest
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 from zlib import crc32
@@ -19,7 +19,7 @@ import numpy as np
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..errors import BagError
-from .compression import ZSTD_ERRORS, decompress_chunk
+from .mcap_descriptions import Descriptions
 from .mcap_format import (
     CHANNEL,
     CHUNK,
@@ -30,67 +30,41 @@ from .mcap_format import (
     MAGIC,
     MESSAGE,
     MESSAGE_HEAD,
+    MESSAGE_INDEX,
     RECORD_HEAD,
     SCHEMA,
     STATISTICS,
-    unpack_pairs,
-    unpack_text,
 )
-from .message_records import MessageRuns, MessageTable, Places, split_by_time
-from .qos import read_profiles
-from .storage import Losses, Messages, Topic, decompress_each
+from .mcap_segment import LostChunkError, Segment, Span, unpack_chunk
+from .mcap_summary import ChunkEntry, read_summary
+from .message_records import MessageRuns, MessageTable, Places
+from .pieces import Piece
+from .storage import Losses, Messages, Topic
 
 _MAX_LOOSE: Final = 4096  # messages outside chunks that make a segment together
+_INDEX_HEAD: Final = struct.Struct("<HI")  # of a message index: channel, bytes of its entries
 _BROKEN_RECORD: Final = (struct.error, UnicodeDecodeError, IndexError)
-_BROKEN_CHUNK: Final = (
-    *ZSTD_ERRORS,
-    struct.error,
-    IndexError,
-    UnicodeDecodeError,
-    RuntimeError,
-    ValueError,
-)
-
-
-@dataclass(frozen=True)
-class _Segment:
-    """A chunk, or a run of messages outside chunks.
-
-    Attributes:
-        start: its first byte in the file, of a chunk that of the record's body.
-        size: its bytes.
-        first, last: log times [ns].
-        is_chunk: whether it is a chunk.
-    """
-
-    start: int
-    size: int
-    first: int
-    last: int
-    is_chunk: bool
 
 
 class McapReader:
     """One .mcap file, read only."""
 
-    def __init__(self, path: Path, losses: Losses, *, message_compression: bool) -> None:
+    def __init__(self, path: Path, losses: Losses) -> None:
         """Open the file and find its chunks.
 
         Args:
             path: the file.
             losses: where to tell what cannot be read.
-            message_compression: whether messages are compressed one by one.
 
         Raises:
             BagError: it is no MCAP file.
         """
         self._path = path
         self._losses = losses
-        self._message_compression = message_compression
-        self._schemas: dict[int, tuple[str, str]] = {}  # message type and definition
-        self._channels: dict[int, Topic] = {}
+        self._descriptions = Descriptions(self._lose)
+        self._channels: dict[int, Topic] | None = None
         self._counts: dict[int, int] | None = None  # messages by channel, as the file says
-        self._segments: list[_Segment] = []
+        self._segments: list[Segment] = []
         self._loose: list[int] = []  # where messages outside chunks begin, of the run that is read
         self._file = path.open("rb")
         try:
@@ -98,6 +72,9 @@ class McapReader:
             self._map = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
             if self._map[: len(MAGIC)] != MAGIC:
                 self._lose("does not begin as an MCAP file does")
+            self._summary = read_summary(self._map)
+            if self._summary.problem:
+                self._lose(f"{self._summary.problem}; the file is read without it")
             self._scan()
         except BaseException:
             self._file.close()
@@ -110,38 +87,50 @@ class McapReader:
 
     def topics(self) -> list[Topic]:
         """The topics of the file's index; without an index, those that its chunks describe."""
-        if not self._channels:
-            for segment in self._segments:
-                if segment.is_chunk:
-                    self._describe_channels(segment)
+        channels = self._described()
         counts = self._counts
         if counts is None:
-            return list(self._channels.values())
+            return list(channels.values())
         return [
             replace(topic, message_count=counts.get(number, 0))
-            for number, topic in self._channels.items()
+            for number, topic in channels.items()
         ]
 
-    def read(self, wanted: frozenset[str] | None) -> Iterator[tuple[str, Messages]]:
-        """Messages chunk by chunk; where chunks overlap in time, messages wait for their turn."""
-        segments = sorted(self._segments, key=lambda segment: segment.first)
-        borders = [segment.first for segment in segments[1:]]
-        waiting: dict[str, list[Messages]] = {}
-        for segment, border in zip_longest(segments, borders):
-            for topic, messages in self._messages(segment):
-                if wanted is None or topic in wanted:
-                    waiting.setdefault(topic, []).append(messages)
-            for topic in list(waiting):
-                ready, later = split_by_time(waiting.pop(topic), border)
-                if later is not None:
-                    waiting[topic] = [later]
-                if len(ready):
-                    yield topic, self._decompress(ready)
+    def pieces(self, wanted: frozenset[str] | None) -> list[Piece]:
+        """Its chunks, and runs of messages outside them."""
+        pieces = []
+        for segment in self._segments:
+            span = self._span(segment)
+            if span is not None:
+                pieces.append(self._piece(segment, span, wanted))
+        return pieces
 
-    def _decompress(self, messages: Messages) -> Messages:
-        if not self._message_compression:
-            return messages
-        return decompress_each(messages, self._losses, self._path.name)
+    def _piece(self, segment: Segment, span: Span, wanted: frozenset[str] | None) -> Piece:
+        def read() -> Iterator[tuple[str, Messages]]:
+            for topic, messages in self._messages(segment):
+                if messages.log_ns[0] < span[0]:
+                    self._lose(
+                        f"what begins at byte {segment.start} has messages before {span[0]} ns,"
+                        " which its index denies: the order of messages may be wrong"
+                    )
+                if wanted is None or topic in wanted:
+                    yield topic, messages
+
+        return Piece(span, read)
+
+    def _span(self, segment: Segment) -> Span | None:
+        """First and last log time [ns]; None where no message can be read.
+
+        The messages are asked where there are not two places that say the same.
+        """
+        if segment.agreed_span is not None:
+            return segment.agreed_span
+        times = [messages.log_ns for _, messages in self._messages(segment)]
+        if not times:
+            return None
+        first = min(part[0] for part in times)
+        last = max(part[-1] for part in times)
+        return int(first), int(last)
 
     def _lose(self, what: str) -> None:
         self._losses.add(f"{self._path.name}: {what}")
@@ -151,56 +140,107 @@ class McapReader:
     def _scan(self) -> None:
         """Find chunks, and all schemas and channels outside them."""
         start = len(MAGIC)
+        is_summary = False
         while (record := self._record_at(start)) is not None:
-            code, end = record
+            code, body, end = record
             if code != MESSAGE:
                 self._end_loose(start)
             if code == FOOTER:
                 if self._map[end : end + len(MAGIC)] != MAGIC:
                     self._lose("does not end as an MCAP file does")
                 return
-            self._register(code, start, end)
+            if not (is_summary and self._summary.problem):
+                self._register(code, start, body, end)
+            is_summary = is_summary or code == DATA_END
             start = end
         self._end_loose(start)
 
-    def _record_at(self, start: int) -> tuple[int, int] | None:
-        """Code and end of the record at a place; None where there is none, which is a loss."""
+    def _record_at(self, start: int) -> tuple[int, int, int] | None:
+        """Code, body and end of the record at a place, or of the next where it is damaged.
+
+        None where there is none, which is a loss.
+        """
+        problem = self._problem_at(start)
+        if not problem:
+            code, size = RECORD_HEAD.unpack_from(self._map, start)
+            body = start + RECORD_HEAD.size
+            return code, body, body + size
+        entry = self._summary.chunks.get(start)
+        if entry is not None:
+            return CHUNK, start + RECORD_HEAD.size, entry.end
+        indices_end = self._summary.indices_end(start)
+        if indices_end is not None:  # they say nothing that is not in the chunk
+            return MESSAGE_INDEX, indices_end, indices_end
+        after = self._summary.chunk_after(start)
+        if after is None and start < self._summary.start:
+            after = self._summary.start
+        if after is None:
+            self._lose(problem)
+            return None
+        self._lose(f"no record begins at byte {start}: it is lost up to byte {after}")
+        self._end_loose(start)
+        return self._record_at(after)
+
+    def _problem_at(self, start: int) -> str:
+        """Why there is no record at a place; empty where there is one."""
         file_end = len(self._map)
         if start + RECORD_HEAD.size > file_end:
-            self._lose(f"ends at byte {file_end} without its index: it was cut off or never closed")
-            return None
+            return f"ends at byte {file_end} without its index: it was cut off or never closed"
         code, size = RECORD_HEAD.unpack_from(self._map, start)
         if not 0 < code <= LAST_CODE:
-            self._lose(f"no record begins at byte {start}: what follows is not read")
-            return None
+            return f"no record begins at byte {start}: what follows is not read"
         end = start + RECORD_HEAD.size + size
         if end > file_end:
-            self._lose(
-                f"the record at byte {start} ends {end - file_end} bytes beyond the file: it is"
-                " lost"
-            )
-            return None
-        return code, end
+            beyond = end - file_end
+            return f"the record at byte {start} ends {beyond} bytes beyond the file: it is lost"
+        entry = self._summary.chunks.get(start)
+        if entry is not None and (code, end) != (CHUNK, entry.end):
+            return "its index has another chunk there"
+        after = self._summary.chunk_after(start)
+        if after is not None and end > after:
+            return "its index has a chunk inside it"
+        return ""
 
-    def _register(self, code: int, start: int, end: int) -> None:
+    def _register(self, code: int, start: int, body: int, end: int) -> None:
         """Take what a record outside chunks says."""
-        body = start + RECORD_HEAD.size
         try:
             if code == CHUNK:
-                first, last = struct.unpack_from("<QQ", self._map, body)
-                self._segments.append(_Segment(body, end - body, first, last, is_chunk=True))
+                self._register_chunk(body, end, self._summary.chunks.get(start))
             elif code == MESSAGE:
-                self._loose.append(start)
-                if len(self._loose) >= _MAX_LOOSE:
-                    self._end_loose(end)
+                self._register_loose(start, body, end)
+            elif code == MESSAGE_INDEX:
+                self._register_times(self._map[body:end])
             elif code == STATISTICS:
                 self._register_counts(self._map[body:end])
             elif code == DATA_END:
                 self._check_data(start, self._map[body:end])
             elif code in (SCHEMA, CHANNEL):
-                self._register_channel(code, self._map[body:end])
+                is_verified = self._summary.is_verified and start >= self._summary.start
+                self._descriptions.add(code, self._map[body:end], is_verified=is_verified)
         except _BROKEN_RECORD as error:
             self._lose(f"the record at byte {start} is broken ({error})")
+
+    def _register_chunk(self, body: int, end: int, entry: ChunkEntry | None) -> None:
+        first, last = struct.unpack_from("<QQ", self._map, body)
+        spans = [(first, last)]
+        if entry is not None:
+            spans.append(entry.span)
+        self._segments.append(Segment(body, end - body, is_chunk=True, spans=spans))
+
+    def _register_times(self, record: bytes) -> None:
+        """Take the log times of a message index as those of the chunk before it."""
+        _, size = _INDEX_HEAD.unpack_from(record)
+        if not self._segments or not size or size != len(record) - _INDEX_HEAD.size:
+            return
+        entries = np.frombuffer(record, dtype="<u8", offset=_INDEX_HEAD.size, count=size // 8)
+        self._segments[-1].add_index(entries[::2])
+
+    def _register_loose(self, start: int, body: int, end: int) -> None:
+        if end - body < MESSAGE_HEAD.size:
+            raise struct.error(f"a message of {end - body} bytes")
+        self._loose.append(start)
+        if len(self._loose) >= _MAX_LOOSE:
+            self._end_loose(end)
 
     def _end_loose(self, end: int) -> None:
         """Make a segment of the messages outside chunks that were found."""
@@ -210,9 +250,8 @@ class McapReader:
         places = [start + LOG_TIME_OFFSET for start in starts]
         times = [struct.unpack_from("<Q", self._map, place)[0] for place in places]
         start = starts[0]
-        size = end - start
-        segment = _Segment(start, size, min(times), max(times), is_chunk=False)
-        self._segments.append(segment)
+        span = (min(times), max(times))
+        self._segments.append(Segment(start, end - start, is_chunk=False, spans=[span, span]))
         self._loose = []
 
     def _register_counts(self, record: bytes) -> None:
@@ -225,56 +264,27 @@ class McapReader:
         if checksum and crc32(memoryview(self._map)[:end]) != checksum:
             self._lose("its checksum differs: something in it was changed")
 
-    def _register_channel(self, code: int, record: bytes) -> None:
-        """Take a schema or a channel."""
-        if code == SCHEMA:
-            (number,) = struct.unpack_from("<H", record)
-            name, place = unpack_text(record, 2)
-            encoding, place = unpack_text(record, place)
-            text, _ = unpack_text(record, place)
-            definition = text if encoding == "ros2msg" else ""
-            self._schemas[number] = (name, definition)
-            return
-        number, schema = struct.unpack_from("<HH", record)
-        name, place = unpack_text(record, 4)
-        _, place = unpack_text(record, place)
-        notes = unpack_pairs(record, place)
-        kind, definition = self._schemas.get(schema, ("", ""))
-        profiles = read_profiles(notes.get("offered_qos_profiles"))
-        digest = notes.get("topic_type_hash", "")
-        self._channels[number] = Topic(name, kind, profiles, definition, digest)
-
     # -- reading
 
-    def _records_of(self, segment: _Segment) -> bytes | None:
-        """The records of a segment; None where they cannot be trusted, which is a loss."""
+    def _records_of(self, segment: Segment) -> tuple[bytes, bool]:
+        """The records of a segment, and whether a checksum covers them.
+
+        None at all where they cannot be trusted, which is a loss.
+        """
         raw = self._map[segment.start : segment.start + segment.size]
         if not segment.is_chunk:
-            return raw
-        times = f"log times {segment.first} to {segment.last} ns"
-        name = f"the chunk at byte {segment.start} ({times}) is lost"
+            return raw, False
         try:
-            size, checksum = struct.unpack_from("<QI", raw, 16)
-            method, place = unpack_text(raw, 28)
-            (length,) = struct.unpack_from("<Q", raw, place)
-            records = decompress_chunk(method, raw[place + 8 : place + 8 + length], size)
-        except _BROKEN_CHUNK as error:
-            self._lose(f"{name}: it cannot be unpacked ({error})")
-            return None
-        if len(records) != size:
-            self._lose(f"{name}: it has {counted(len(records), 'byte')}, expected {size}")
-            return None
-        if checksum and crc32(records) != checksum:
-            self._lose(f"{name}: its checksum differs")
-            return None
-        return records
+            return unpack_chunk(raw)
+        except LostChunkError as error:
+            self._lose(f"{segment.describe()} is lost: {error}")
+            return b"", False
 
-    def _messages(self, segment: _Segment) -> Iterator[tuple[str, Messages]]:
+    def _messages(self, segment: Segment) -> Iterator[tuple[str, Messages]]:
         """The messages of a segment by topic."""
-        records = self._records_of(segment)
-        if records is None:
-            return
-        starts, sizes = self._find_messages(records, segment)
+        channels = self._described()
+        records, is_verified = self._records_of(segment)
+        starts, sizes = self._find_messages(records, segment, is_verified=is_verified)
         if not len(starts):
             return
         table = MessageTable(records, starts, sizes)
@@ -284,18 +294,24 @@ class McapReader:
             table.select(~too_late)
         for number in np.unique(table.channels).tolist():
             messages = table.messages_of(number)
-            if number in self._channels:
-                yield self._channels[number].name, messages
+            if number in channels:
+                yield channels[number].name, messages
             else:
                 self._lose(f"{len(messages)} messages of channel {number}, which is not described")
 
-    def _describe_channels(self, segment: _Segment) -> None:
-        """Take the schemas and channels inside a chunk."""
-        records = self._records_of(segment)
-        if records is not None:
-            self._find_messages(records, segment)
+    def _described(self) -> dict[int, Topic]:
+        """Topics by number of their channel; where the file describes none, its chunks do."""
+        if self._channels is None:
+            if not self._descriptions.has_channels:
+                for segment in self._segments:
+                    records, is_verified = self._records_of(segment)
+                    self._find_messages(records, segment, is_verified=is_verified)
+            self._channels = self._descriptions.topics()
+        return self._channels
 
-    def _find_messages(self, records: bytes, segment: _Segment) -> tuple[Places, Places]:
+    def _find_messages(
+        self, records: bytes, segment: Segment, *, is_verified: bool
+    ) -> tuple[Places, Places]:
         """Where message records begin, and the bytes of their bodies; channels are registered."""
         runs = MessageRuns()
         start = 0
@@ -311,7 +327,8 @@ class McapReader:
                     start = runs.add(records, start, size)
                     continue
                 if code in (SCHEMA, CHANNEL):
-                    self._register_channel(code, records[body : body + size])
+                    record = records[body : body + size]
+                    self._descriptions.add(code, record, is_verified=is_verified)
                 start = body + size
         except _BROKEN_RECORD as error:
             self._lose(

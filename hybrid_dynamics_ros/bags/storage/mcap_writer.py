@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
+from zlib import crc32
 
 from .mcap_chunk import Chunk, ChunkPacker, RecordBlock
 from .mcap_format import (
@@ -26,8 +27,9 @@ from .mcap_format import (
     pack_record,
     pack_text,
 )
+from .mcap_summary import FOOTER_BODY
 from .qos import profile_text
-from .storage import Topic
+from .storage import ROS2_MSG, Topic
 
 _MAX_QUEUED: Final = 4  # chunks that wait to be made and written
 _NO_TIME: Final = 2**63 - 1  # [ns], later than every log time
@@ -87,10 +89,12 @@ class McapWriter:
             self._queue.popleft().result()
         self._thread.shutdown()
         self._file.write(pack_record(DATA_END, struct.pack("<I", 0)))
-        summary_start = self._file.tell()
-        self._file.write(self._descriptions + b"".join(self._chunk_indices) + self._statistics())
-        footer = struct.pack("<QQI", summary_start, 0, 0)
-        self._file.write(pack_record(FOOTER, footer) + MAGIC)
+        start = self._file.tell()
+        summary = self._descriptions + b"".join(self._chunk_indices) + self._statistics()
+        head = RECORD_HEAD.pack(FOOTER, FOOTER_BODY.size) + struct.pack("<QQ", start, 0)
+        checksum = crc32(summary + head)
+        footer = FOOTER_BODY.pack(start, 0, checksum)
+        self._file.write(summary + pack_record(FOOTER, footer) + MAGIC)
         self._file.close()
 
     def abort(self) -> None:
@@ -164,11 +168,11 @@ def _describe(topics: Sequence[Topic], channels: dict[str, int]) -> Iterator[byt
         if topic.kind not in schemas:
             schemas[topic.kind] = len(schemas) + 1
             schema = struct.pack("<H", schemas[topic.kind]) + pack_text(topic.kind)
-            schema += pack_text("ros2msg") + pack_text(topic.definition)
+            schema += pack_text(topic.language or ROS2_MSG) + pack_text(topic.definition)
             yield pack_record(SCHEMA, schema)
         notes = pack_text("offered_qos_profiles") + pack_text(profile_text(topic.qos))
         notes += pack_text("topic_type_hash") + pack_text(topic.digest)
         channel = struct.pack("<HH", channels[topic.name], schemas[topic.kind])
-        channel += pack_text(topic.name) + pack_text("cdr")
+        channel += pack_text(topic.name) + pack_text(topic.encoding)
         channel += struct.pack("<I", len(notes)) + notes
         yield pack_record(CHANNEL, channel)

@@ -12,9 +12,10 @@ import yaml
 from hybrid_dynamics_core.ground.file_kinds import BAG_METADATA
 
 from .qos import profile_entries, read_profiles
-from .storage import Losses, Topic
+from .storage import CDR, Losses, Topic
 
 _ROOT: Final = "rosbag2_bagfile_information"
+_SAFE_LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the first is in C
 _ERRORS: Final = (OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError)
 
 
@@ -41,7 +42,7 @@ def read_metadata(folder: Path, losses: Losses) -> BagMetadata:
     try:
         entries = _load(file)
         file_names = [Path(str(path)).name for path in entries.get("relative_file_paths") or ()]
-        topics = [_topic_of(entry) for entry in entries["topics_with_message_count"]]
+        topics = [_topic_of(entry) for entry in entries["topics_with_message_count"] or ()]
         compression = str(entries.get("compression_mode") or "")
     except _ERRORS as error:
         losses.add(
@@ -101,7 +102,9 @@ def metadata_text(
 
 
 def _load(file: Path) -> dict[str, Any]:
-    entries: dict[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))[_ROOT]
+    text = file.read_text(encoding="utf-8")
+    tree = yaml.load(text, Loader=_SAFE_LOADER)  # noqa: S506 - both loaders are safe
+    entries: dict[str, Any] = tree[_ROOT]
     return entries
 
 
@@ -111,8 +114,9 @@ def _topic_of(entry: Mapping[str, Any]) -> Topic:
         name=str(description["name"]),
         kind=str(description["type"]),
         qos=read_profiles(description.get("offered_qos_profiles")),
+        encoding=str(description.get("serialization_format") or CDR),
         digest=str(description.get("type_description_hash") or ""),
-        message_count=int(entry["message_count"]),
+        message_count=int(entry.get("message_count") or 0),
     )
 
 
@@ -120,7 +124,7 @@ def _entry_of(topic: Topic) -> dict[str, Any]:
     description = {
         "name": topic.name,
         "type": topic.kind,
-        "serialization_format": "cdr",
+        "serialization_format": topic.encoding,
         "offered_qos_profiles": profile_entries(topic.qos),
         "type_description_hash": topic.digest,
     }

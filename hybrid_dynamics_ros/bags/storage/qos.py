@@ -51,6 +51,17 @@ def read_profiles(raw: Any) -> tuple[Qos, ...]:
         raw: the value of `offered_qos_profiles`: YAML text, or a list that was read from it; None
             or "" where the bag has none.
     """
+    if isinstance(raw, str):
+        return _profiles_of(raw)
+    return _parsed(raw)
+
+
+@cache  # most topics of a bag have the same
+def _profiles_of(text: str) -> tuple[Qos, ...]:
+    return _parsed(text)
+
+
+def _parsed(raw: Any) -> tuple[Qos, ...]:
     try:
         return tuple(parse_qos(raw or []))
     except Exception:  # noqa: BLE001 - a profile is no reason to refuse a bag

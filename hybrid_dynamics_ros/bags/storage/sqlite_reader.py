@@ -1,4 +1,8 @@
-"""sqlite3 files of rosbag2."""
+"""sqlite3 files of rosbag2.
+
+They have no checksums. What can be compared is compared: tables with their indices, and rows with
+the topics that they name.
+"""
 
 from __future__ import annotations
 
@@ -10,41 +14,50 @@ from typing import Any, Final
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..errors import BagError
+from .pieces import Piece
 from .qos import read_profiles
-from .storage import Losses, Messages, Topic, decompress_each
+from .storage import CDR, Losses, Messages, Topic
 
 _BATCH: Final = 8192  # messages that are read together
-_COUNT: Final = "SELECT COUNT(*) FROM messages WHERE topic_id = ?"
+_MAX_FAULTS: Final = 5  # of a file, that are told
+_COUNTS: Final = "SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"
+_SPAN: Final = "SELECT MIN(timestamp), MAX(timestamp) FROM messages"
 _ROWS: Final = "SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY timestamp, id"
-_NO_DATABASE: Final = (sqlite3.Error, KeyError, ValueError, TypeError, UnicodeDecodeError)
+# Of a damaged file: without an index, as far as it goes.
+_READABLE_ROWS: Final = "SELECT timestamp, data FROM messages NOT INDEXED WHERE topic_id = ?"
+_DEFINITIONS: Final = "SELECT * FROM message_definitions"
+_TEMPORARY_SUFFIXES: Final = ("-wal", "-journal")
+_NO_DATABASE: Final = (sqlite3.Error, KeyError, ValueError, TypeError, OverflowError, MemoryError)
 
 
 class SqliteReader:
     """One .db3 file, read only."""
 
-    def __init__(self, path: Path, losses: Losses, *, message_compression: bool) -> None:
+    def __init__(self, path: Path, losses: Losses) -> None:
         """Open the file.
 
         Args:
             path: the file.
             losses: where to tell what cannot be read.
-            message_compression: whether messages are compressed one by one.
 
         Raises:
             BagError: it is no database of rosbag2.
         """
         self._path = path
         self._losses = losses
-        self._message_compression = message_compression
         self._base = sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True)
         try:
-            rows = self._base.execute("SELECT * FROM topics").fetchall()
-            columns = [column[1] for column in self._base.execute("PRAGMA table_info(topics)")]
-            self._topics = [dict(zip(columns, row, strict=True)) for row in rows]
-            self._ids = {str(topic["name"]): int(topic["id"]) for topic in self._topics}
+            # A file that was cut off is refused without this; nothing is written.
+            self._base.execute("PRAGMA writable_schema = ON")
+            topics = self._table("SELECT * FROM topics")
+            self._topics = {str(topic["name"]): topic for topic in topics}
+            self._numbers = {name: int(topic["id"]) for name, topic in self._topics.items()}
         except _NO_DATABASE as error:
             self._base.close()
             raise BagError(f"{path.name}: cannot be read as a sqlite3 bag ({error})") from error
+        self._is_sound = self._check()
+        self._definitions = self._read_definitions()
+        self._counts = self._count()
 
     def close(self) -> None:
         """Close the file."""
@@ -52,40 +65,119 @@ class SqliteReader:
 
     def topics(self) -> list[Topic]:
         """The topics that the file says it holds."""
-        return [self._topic(entry) for entry in self._topics]
+        return [self._topic(name, entry) for name, entry in self._topics.items()]
 
-    def read(self, wanted: frozenset[str] | None) -> Iterator[tuple[str, Messages]]:
-        """Messages, topic after topic, each in the order of log times."""
-        for name, number in self._ids.items():
-            if wanted is None or name in wanted:
-                for messages in self._batches(name, number):
-                    yield name, messages
-
-    def _topic(self, entry: dict[str, Any]) -> Topic:
+    def pieces(self, wanted: frozenset[str] | None) -> list[Piece]:
+        """All of the file, topic after topic."""
         try:
-            (count,) = self._base.execute(_COUNT, (entry["id"],)).fetchone()
+            span = self._base.execute(_SPAN).fetchone()
         except sqlite3.Error:
-            count = None  # reading tells what is wrong
+            span = (0, 0)
+        if not all(isinstance(time, int) for time in span):
+            span = (0, 0)
+
+        def read() -> Iterator[tuple[str, Messages]]:
+            for name, number in self._numbers.items():
+                if wanted is None or name in wanted:
+                    for messages in self._batches(name, number):
+                        yield name, messages
+
+        return [Piece(span, read)]
+
+    def _lose(self, what: str) -> None:
+        self._losses.add(f"{self._path.name}: {what}")
+
+    def _table(self, query: str) -> list[dict[str, Any]]:
+        """Rows of a table by names of columns. Raises sqlite3.Error."""
+        cursor = self._base.execute(query)
+        columns = [column[0] for column in cursor.description]
+        return [dict(zip(columns, row, strict=True)) for row in cursor]
+
+    def _check(self) -> bool:
+        """Whether the file is as SQLite writes it; faults are losses."""
+        for suffix in _TEMPORARY_SUFFIXES:
+            beside = self._path.with_name(self._path.name + suffix)
+            if beside.is_file() and beside.stat().st_size:
+                self._lose(f"{beside.name} beside it is not read: its recorder did not finish")
+        try:
+            rows = self._base.execute(f"PRAGMA integrity_check({_MAX_FAULTS})").fetchall()
+            lines = [line for (text,) in rows for line in str(text).splitlines()]
+            faults = [line for line in lines if line and not line.startswith("***")]
+        except _NO_DATABASE as error:
+            faults = [str(error)]
+        if faults == ["ok"]:
+            return True
+        for fault in faults[:_MAX_FAULTS]:
+            self._lose(f"is damaged: {fault}")
+        return False
+
+    def _read_definitions(self) -> dict[str, tuple[str, str]]:
+        """Language and text of message definitions by type; older files have none."""
+        try:
+            rows = self._table(_DEFINITIONS)
+            return {
+                str(row["topic_type"]): (
+                    str(row["encoding"]),
+                    str(row["encoded_message_definition"]),
+                )
+                for row in rows
+            }
+        except _NO_DATABASE:
+            return {}
+
+    def _count(self) -> dict[Any, int] | None:
+        """Messages by number of their topic; rows of no topic are a loss."""
+        try:
+            counts = dict(self._base.execute(_COUNTS))
+        except sqlite3.Error:
+            return None  # reading tells what is wrong
+        numbers = set(self._numbers.values())
+        lost = sum(count for number, count in counts.items() if number not in numbers)
+        if lost:
+            self._lose(f"{counted(lost, 'message')} of no topic that is in it")
+        return counts
+
+    def _topic(self, name: str, entry: dict[str, Any]) -> Topic:
+        kind = str(entry["type"])
+        language, definition = self._definitions.get(kind, ("", ""))
+        count = None
+        if self._counts is not None:
+            count = self._counts.get(self._numbers[name], 0)
         return Topic(
-            name=str(entry["name"]),
-            kind=str(entry["type"]),
+            name=name,
+            kind=kind,
             qos=read_profiles(entry.get("offered_qos_profiles")),
+            definition=definition,
+            language=language,
+            encoding=str(entry.get("serialization_format") or CDR),
             digest=str(entry.get("type_description_hash") or ""),
             message_count=count,
         )
 
     def _batches(self, name: str, number: int) -> Iterator[Messages]:
+        if not self._is_sound:
+            yield self._readable(name, number)
+            return
         done = 0
         try:
             cursor = self._base.execute(_ROWS, (number,))
             while rows := cursor.fetchmany(_BATCH):
                 messages = self._messages(name, rows)
                 done += len(messages)
-                yield self._decompress(messages)
-        except (sqlite3.Error, OverflowError) as error:
-            self._losses.add(
-                f"{self._path.name}: {name}: cannot be read beyond message {done} ({error})"
-            )
+                yield messages
+        except _NO_DATABASE as error:
+            self._lose(f"{name}: cannot be read beyond message {done} ({error})")
+
+    def _readable(self, name: str, number: int) -> Messages:
+        """The rows of a damaged file up to the first that cannot be read."""
+        rows: list[tuple[Any, Any]] = []
+        try:
+            for row in self._base.execute(_READABLE_ROWS, (number,)):
+                rows.append(row)  # noqa: PERF402 - those before an error count
+        except _NO_DATABASE as error:
+            self._lose(f"{name}: cannot be read beyond message {len(rows)} ({error})")
+        messages = self._messages(name, rows)
+        return messages.part(messages.log_ns.argsort(kind="stable"))
 
     def _messages(self, name: str, rows: Sequence[tuple[Any, Any]]) -> Messages:
         """The messages of some rows; rows of other types are lost."""
@@ -97,10 +189,5 @@ class SqliteReader:
                 contents.append(data)
         lost = len(rows) - len(times)
         if lost:
-            self._losses.add(f"{self._path.name}: {name}: {counted(lost, 'row')} without a message")
+            self._lose(f"{name}: {counted(lost, 'row')} without a message")
         return Messages.of(times, contents)
-
-    def _decompress(self, messages: Messages) -> Messages:
-        if not self._message_compression:
-            return messages
-        return decompress_each(messages, self._losses, self._path.name)

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,11 @@ from rosbags.interfaces import Qos
 
 from ...messages.cdr import Bytes
 from ...messages.interfaces import typestore
-from .compression import ZSTD_ERRORS, zstd
+from .compression import ZSTD_ERRORS, ZSTD_MARK, zstd
 
 MAX_LOSSES: Final = 1000  # sentences
+CDR: Final = "cdr"  # the encoding of ROS 2
+ROS2_MSG: Final = "ros2msg"  # the language of .msg files
 _MAX_LOSS_KINDS: Final = 20  # of the losses that are only counted
 _OTHER_KINDS: Final = "of other kinds"
 _NUMBER: Final = re.compile(r"(?<![\w/.-])\d+(?![\w/])")  # numbers in names stay
@@ -31,6 +33,8 @@ class Topic:
         kind: its message type.
         qos: the profiles that its publishers offered.
         definition: the text of its message definition.
+        language: that the definition is written in, as MCAP calls it; empty where there is none.
+        encoding: of its messages; only `cdr` can be read.
         digest: RIHS hash of its message type.
         message_count: how many messages the bag says it has; None where it does not say.
     """
@@ -39,6 +43,8 @@ class Topic:
     kind: str
     qos: tuple[Qos, ...] = ()
     definition: str = ""
+    language: str = ""
+    encoding: str = CDR
     digest: str = ""
     message_count: int | None = None
 
@@ -47,11 +53,12 @@ class Topic:
         store = typestore()
         if self.kind not in store.types:
             return self
-        definition = self.definition
+        definition, language = self.definition, self.language
         if not definition:
             definition, _ = store.generate_msgdef(self.kind, ros_version=2)
-        digest = self.digest or store.hash_rihs01(self.kind)
-        return replace(self, definition=str(definition), digest=str(digest))
+            language = ROS2_MSG
+        digest = str(self.digest or store.hash_rihs01(self.kind))
+        return replace(self, definition=definition, language=language, digest=digest)
 
 
 class RawMessage(NamedTuple):
@@ -123,23 +130,6 @@ class Messages:
         return Messages(np.array(log_ns, dtype=np.int64), data, offsets, lengths)
 
 
-class Storage(Protocol):
-    """One file of a bag."""
-
-    def topics(self) -> list[Topic]:
-        """The topics that the file says it holds."""
-
-    def read(self, wanted: frozenset[str] | None) -> Iterator[tuple[str, Messages]]:
-        """Messages in pieces, each topic in the order of log times.
-
-        Args:
-            wanted: names of topics; None for all.
-        """
-
-    def close(self) -> None:
-        """Close the file."""
-
-
 @dataclass(eq=False)
 class Losses:
     """What could not be read, a sentence each.
@@ -171,17 +161,38 @@ class Losses:
         return _OTHER_KINDS
 
 
-def decompress_each(messages: Messages, losses: Losses, file_name: str) -> Messages:
-    """Decompress messages that were compressed one by one; damaged ones become losses."""
+def unpack_messages(messages: Messages, losses: Losses, topic: str, *, is_packed: bool) -> Messages:
+    """Decompress messages that were compressed one by one; damaged ones become losses.
+
+    Args:
+        messages: of one topic.
+        losses: where to tell which are damaged.
+        topic: its name.
+        is_packed: whether all are compressed. If not, those are that begin as zstd does.
+    """
+    is_marked = _begin_with(messages, ZSTD_MARK) | is_packed
+    if not is_marked.any():
+        return messages
     times: list[int] = []
     contents: list[bytes] = []
-    for log_ns, data in messages.raw():
-        try:
-            contents.append(zstd.decompress(data))
-        except ZSTD_ERRORS as error:
-            losses.add(
-                f"{file_name}: the message logged at {log_ns} ns cannot be unpacked ({error})"
-            )
-            continue
+    for (log_ns, data), is_compressed in zip(messages.raw(), is_marked, strict=True):
+        content = data
+        if is_compressed:
+            try:
+                content = zstd.decompress(data)
+            except (*ZSTD_ERRORS, MemoryError) as error:
+                losses.add(
+                    f"{topic}: the message logged at {log_ns} ns cannot be unpacked ({error})"
+                )
+                continue
         times.append(log_ns)
+        contents.append(content)
     return Messages.of(times, contents)
+
+
+def _begin_with(messages: Messages, mark: bytes) -> NDArray[np.bool_]:
+    """Which messages begin with some bytes (N,)."""
+    result = messages.lengths >= len(mark)
+    for k, byte in enumerate(mark):
+        result[result] &= messages.data[messages.offsets[result] + k] == byte
+    return result

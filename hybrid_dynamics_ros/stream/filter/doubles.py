@@ -9,8 +9,6 @@ from hybrid_dynamics_core.kernels.ir.text import Function, constant
 
 DECLARATIONS = """declare double @exp(double)
 declare double @expm1(double)
-declare double @llvm.maxnum.f64(double, double)
-declare double @llvm.minnum.f64(double, double)
 """
 
 
@@ -26,19 +24,28 @@ class Double:
         return Double(self.function, self.function.let(instruction))
 
     def __add__(self, other: Double | float) -> Double:
-        return self._let(f"fadd double {self.name}, {_name(other)}")
+        return self._let(f"fadd double {self.name}, {name_of(other)}")
+
+    def __radd__(self, other: float) -> Double:
+        return self._let(f"fadd double {name_of(other)}, {self.name}")
 
     def __sub__(self, other: Double | float) -> Double:
-        return self._let(f"fsub double {self.name}, {_name(other)}")
+        return self._let(f"fsub double {self.name}, {name_of(other)}")
+
+    def __rsub__(self, other: float) -> Double:
+        return self._let(f"fsub double {name_of(other)}, {self.name}")
 
     def __mul__(self, other: Double | float) -> Double:
-        return self._let(f"fmul double {self.name}, {_name(other)}")
+        return self._let(f"fmul double {self.name}, {name_of(other)}")
 
     def __rmul__(self, other: float) -> Double:
-        return self._let(f"fmul double {_name(other)}, {self.name}")
+        return self._let(f"fmul double {name_of(other)}, {self.name}")
 
-    def __truediv__(self, other: Double) -> Double:
-        return self._let(f"fdiv double {self.name}, {other.name}")
+    def __truediv__(self, other: Double | float) -> Double:
+        return self._let(f"fdiv double {self.name}, {name_of(other)}")
+
+    def __rtruediv__(self, other: float) -> Double:
+        return self._let(f"fdiv double {name_of(other)}, {self.name}")
 
     def __neg__(self) -> Double:
         return self._let(f"fneg double {self.name}")
@@ -51,22 +58,12 @@ class Double:
         """The C library's, which Python calls too."""
         return self._let(f"call double @expm1(double {self.name})")
 
-    def at_least(self, least: float) -> Double:
-        """The larger of both."""
-        return self._let(
-            f"call double @llvm.maxnum.f64(double {self.name}, double {constant(least)})"
-        )
-
-    def at_most(self, most: float) -> Double:
-        """The smaller of both."""
-        return self._let(
-            f"call double @llvm.minnum.f64(double {self.name}, double {constant(most)})"
-        )
-
-    def exceeds(self, other: Double) -> str:
-        """Name of the condition that this is the larger one."""
-        return self.function.let(f"fcmp ogt double {self.name}, {other.name}")
+    def choose(self, other: Double | float, yes: Double | float, no: Double | float) -> Double:
+        """`yes` where this is larger than the other, else `no`."""
+        is_larger = self.function.let(f"fcmp ogt double {self.name}, {name_of(other)}")
+        return self._let(f"select i1 {is_larger}, double {name_of(yes)}, double {name_of(no)}")
 
 
-def _name(value: Double | float) -> str:
+def name_of(value: Double | float) -> str:
+    """The name of a double's value, or a constant."""
     return value.name if isinstance(value, Double) else constant(value)

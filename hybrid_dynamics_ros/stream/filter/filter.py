@@ -1,53 +1,26 @@
-"""Derivatives of sampled signals: causal, for samples at any stamps, exact for polynomials.
+"""A filter that estimates derivatives from samples, at any stamps: what stamps mean, and its state.
 
-The filter fits a polynomial of degree D to all samples so far, by least squares. A sample of age
-tau has the weight exp(-lambda tau). The derivatives of the polynomial at the newest stamp are the
-estimate.
-
-This is the fading-memory polynomial filter (Morrison, *Introduction to Sequential Smoothing and
-Prediction*, 1969, ch. 13). For D = 1 and 2 it is also known as critically damped g-h and g-h-k
-filter (Brookner, *Tracking and Kalman Filtering Made Easy*, 1998, ch. 1). Its gains come from the
-stamps of the samples.
-
-Why this one
-  * It is exact for every polynomial of degree D, at any stamps, from sample D + 1 on. It has no
-    start-up transient, and no bias that grows with jitter or lost messages. Difference quotients
-    with a low pass have both.
-  * It has one parameter, with a meaning. For samples much denser than 1/lambda it is the linear
-    filter s^D lambda^(D+1) / (s + lambda)^(D+1) for the highest derivative: an ideal differentiator
-    and D + 1 equal real poles, without overshoot. Its gain falls to 1/sqrt(2) of the ideal
-    differentiator at the bandwidth f_b [Hz]: lambda = 2 pi f_b / sqrt(2^(1/(D+1)) - 1).
-  * Lag of the highest derivative at low frequency: (D + 1) / lambda less half a sample interval.
-    At high rates that is 0.205 / f_b for D = 1 and 0.243 / f_b for D = 2. Lower derivatives have
-    none: a changing highest derivative costs them an error of second order only.
-  * White noise of deviation sigma on samples every dt gives the highest derivative the deviation
-    sigma sqrt(lambda^3 dt / 4) for D = 1, sigma sqrt(3 lambda^5 dt / 16) for D = 2.
-
-How it runs: the state is the polynomial itself (value and derivatives at the newest stamp, a row
-each) and the weighted moments of the sample ages. A step moves the polynomial to the new stamp,
-compares it with the new sample, and adds gains times the difference. This is an exact update of the
-least-squares fit. Gains depend on stamps alone. All work on samples is elementwise, so joints go
-through together, and the bits of one do not depend on the others.
+It is causal. The arithmetic is that of its `Steps`; one sample and rows of samples go through the
+same code. All work on samples is elementwise, so joints go through together, and the bits of one do
+not depend on the others.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections import Counter
 from enum import Enum
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import formula
+from .recursion import Advance, FloatArray, advance_of
+from .steps import Steps
 
-FloatArray = NDArray[np.float64]
-Moments = tuple[float, float, float, float, float]
-
-# Below it the moments of stamps a nanosecond apart come near the smallest numbers there are.
-LEAST_BANDWIDTH: Final = 1e-12  # [Hz]
+Condition = Any  # a float or a bool, or an array of them with one entry a row
 
 
 class StampEvent(Enum):
@@ -67,66 +40,94 @@ class FilterState(NamedTuple):
     Attributes:
         stamp_ns: stamp of the newest sample [ns].
         start_ns: stamp of the first sample since the last restart [ns].
-        degree: degree of the polynomial that the samples so far determine.
-        moments: weighted sums of age^k, k = 0..4, ages in units of 1/lambda.
-        sample: newest sample, (n,).
-        derivatives: (D + 1, n), the fitted value and its derivatives at ``stamp_ns`` [unit/s^k];
-            rows above ``degree`` are zero.
+        memory: what the joints share, see `Steps`.
+        sample: newest sample, (channels, n).
+        derivatives: (D, n), the fitted value and its derivatives at ``stamp_ns`` [unit/s^k]; those
+            that the samples never determined are zero.
     """
 
     stamp_ns: int
     start_ns: int
-    degree: int
-    moments: Moments
+    memory: FloatArray
     sample: FloatArray
     derivatives: FloatArray
 
+    @property
+    def quality(self) -> float:
+        """How good the estimate is, by the measure of the filter."""
+        return float(self.memory[-1])
 
-@dataclass(frozen=True)
-class PolynomialFilter:
-    """Fading-memory polynomial filter of degree 1 or 2.
+
+class FilterRows(NamedTuple):
+    """What the filter makes of N samples.
 
     Attributes:
-        degree: highest derivative that is estimated, 1 or 2.
-        bandwidth: frequency where the highest derivative has lost 3 dB, 1e-12 or more [Hz].
+        derivatives: after each sample, (N, D, n).
+        ready: whether they can be used, (N,).
+        events: how often a stamp was which event.
+        state: after the last sample.
+    """
+
+    derivatives: FloatArray
+    ready: NDArray[np.bool_]
+    events: Counter[StampEvent]
+    state: FilterState
+
+
+class RateFilter(ABC):
+    """A filter with its settings.
+
+    Attributes:
         max_gap: stamps further apart than this restart the filter [s].
     """
 
-    degree: int
-    bandwidth: float
     max_gap: float
 
-    def __post_init__(self) -> None:
-        if self.degree not in (1, 2):
-            raise ValueError(f"degree is {self.degree}, expected 1 or 2")
-        for name in ("bandwidth", "max_gap"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {value}, expected a finite number above 0")
-        if self.bandwidth < LEAST_BANDWIDTH:
-            raise ValueError(
-                f"bandwidth is {self.bandwidth} Hz, expected {LEAST_BANDWIDTH} Hz or more"
-            )
+    @property
+    @abstractmethod
+    def steps(self) -> tuple[Steps, ...]:
+        """The formulas for one channel, for two, and so on, as far as the filter takes them."""
+
+    @property
+    @abstractmethod
+    def constants(self) -> tuple[float, ...]:
+        """The constants of the steps."""
+
+    @property
+    @abstractmethod
+    def first_memory(self) -> tuple[float, ...]:
+        """The memory after one sample."""
+
+    @abstractmethod
+    def is_good(self, elapsed: Condition, quality: Condition) -> Condition:
+        """Whether derivatives can be used.
+
+        Args:
+            elapsed: time since the last restart [s].
+            quality: last number of the memory.
+        """
+
+    def prepare(self) -> None:
+        """Check the settings and make the code now, not while the first sample waits.
+
+        Raises:
+            ValueError: a setting is not a positive number.
+        """
+        require_positive("max_gap", self.max_gap)
+        _ = self._advances, self._constants
 
     @cached_property
-    def rate(self) -> float:
-        """lambda, the rate at which samples are forgotten [1/s]."""
-        return 2.0 * math.pi * self.bandwidth / math.sqrt(2.0 ** (1.0 / (self.degree + 1)) - 1.0)
+    def _advances(self) -> tuple[Advance, ...]:
+        return tuple(advance_of(steps) for steps in self.steps)
 
     @cached_property
-    def lag(self) -> float:
-        """Delay of the highest derivative for slow signals and dense samples [s]."""
-        return (self.degree + 1) / self.rate
+    def _constants(self) -> FloatArray:
+        return np.array(self.constants)
 
     def ready(self, state: FilterState) -> bool:
-        """Whether the state has its samples: degree + 1 or more, over the lag or longer.
-
-        The polynomial is exact from sample degree + 1 on. Over a short time, though, noise in the
-        samples is blown up. After one lag it is within a factor of 5 of what it settles at.
-        """
-        if state.degree != self.degree:
-            return False
-        return (state.stamp_ns - state.start_ns) * 1e-9 >= self.lag
+        """Whether the derivatives of a state can be used."""
+        elapsed = (state.stamp_ns - state.start_ns) * 1e-9
+        return bool(self.is_good(elapsed, state.quality))
 
     def step(
         self, state: FilterState | None, stamp_ns: int, sample: FloatArray
@@ -136,7 +137,7 @@ class PolynomialFilter:
         Args:
             state: state before, or None at the start. It is not changed.
             stamp_ns: stamp of the sample [ns].
-            sample: (n,), finite.
+            sample: (channels, n), finite.
 
         Returns:
             The new state, and what the stamp meant. Backward stamps, conflicting stamps and gaps
@@ -147,7 +148,10 @@ class PolynomialFilter:
             return self._start(stamp_ns, sample), event
         if event is StampEvent.REPEATED:
             return state, event
-        return self._advance(state, stamp_ns, sample), event
+        interval, samples = np.array([(stamp_ns - state.stamp_ns) * 1e-9]), np.array([sample])
+        fitted = np.empty((1, *state.derivatives.shape))
+        memory = self._advance(state, interval, samples, fitted, np.empty(1))
+        return FilterState(stamp_ns, state.start_ns, memory, samples[0], fitted[0]), event
 
     def _event(self, state: FilterState | None, stamp_ns: int, sample: FloatArray) -> StampEvent:
         if state is None:
@@ -155,43 +159,107 @@ class PolynomialFilter:
         if stamp_ns < state.stamp_ns:
             return StampEvent.BACKWARD
         if stamp_ns == state.stamp_ns:
-            return (
-                StampEvent.REPEATED if np.array_equal(sample, state.sample) else StampEvent.CONFLICT
-            )
-        return (
-            StampEvent.GAP if (stamp_ns - state.stamp_ns) * 1e-9 > self.max_gap else StampEvent.NEXT
-        )
+            is_same = np.array_equal(sample, state.sample)
+            return StampEvent.REPEATED if is_same else StampEvent.CONFLICT
+        is_gap = (stamp_ns - state.stamp_ns) * 1e-9 > self.max_gap
+        return StampEvent.GAP if is_gap else StampEvent.NEXT
 
     def _start(self, stamp_ns: int, sample: FloatArray) -> FilterState:
-        sample = sample.copy()
-        derivatives = np.zeros((self.degree + 1, sample.size))
-        derivatives[0] = sample
-        # The first sample has no interval before it: it gets its weight from the second.
-        return FilterState(stamp_ns, stamp_ns, 0, (0.0, 0.0, 0.0, 0.0, 0.0), sample, derivatives)
+        channels, n = sample.shape
+        derivatives = np.zeros((self.steps[0].derivatives, n))
+        derivatives[:channels] = sample
+        memory = np.array(self.first_memory)
+        return FilterState(stamp_ns, stamp_ns, memory, sample.copy(), derivatives)
 
-    def _advance(self, state: FilterState, stamp_ns: int, sample: FloatArray) -> FilterState:
-        dt = (stamp_ns - state.stamp_ns) * 1e-9  # [s]
-        moments, gains = self.update(state.moments, dt, min(state.degree + 1, self.degree))
-        with np.errstate(all="ignore"):
-            rows = formula.corrected(tuple(state.derivatives), dt, gains, sample)
-        degree = len(gains) - 1
-        return FilterState(stamp_ns, state.start_ns, degree, moments, sample.copy(), np.array(rows))
+    def _advance(
+        self,
+        state: FilterState,
+        intervals: FloatArray,
+        samples: FloatArray,
+        fitted: FloatArray,
+        quality: FloatArray,
+    ) -> FloatArray:
+        """Samples that go on from a state: `fitted` and `quality` are filled; the memory after.
 
-    def update(self, moments: Moments, dt: float, degree: int) -> tuple[Moments, tuple[float, ...]]:
-        """Moments after an interval, and gains of as many derivatives as they allow.
+        Arguments are those of `recursion.Advance`.
+        """
+        advance, memory = self._advances[samples.shape[1] - 1], state.memory.copy()
+        before = state.derivatives
+        if advance(intervals, samples, self._constants, memory, before, fitted, quality):
+            raise ValueError("expected float64 arrays in C order")
+        return memory
+
+    def run(
+        self, state: FilterState | None, stamps: NDArray[np.int64], samples: FloatArray
+    ) -> FilterRows:
+        """What `step` gives for each of N samples, one after the other.
 
         Args:
-            moments: before; zeros after the first sample.
-            dt: interval [s].
-            degree: highest degree that is looked for.
+            state: before the first sample, or None at the start; it is not changed.
+            stamps: (N,) [ns].
+            samples: (N, channels, n), finite; at least one.
         """
-        step = self.rate * dt
-        decay, weight = formula.weights(step)
-        if moments[0] == 0.0:  # the first sample has no interval: its weight is that of the second
-            moments = (weight, 0.0, 0.0, 0.0, 0.0)
-        moments = formula.aged(moments, step, decay, weight)
-        determinant, least, cofactors = formula.fit(moments, degree)
-        while degree > 0 and not determinant > least:
-            degree -= 1
-            determinant, least, cofactors = formula.fit(moments, degree)
-        return moments, formula.gains(cofactors, weight / determinant, self.rate)
+        count, _, n = samples.shape
+        derivatives = np.empty((count, self.steps[0].derivatives, n))
+        ready = np.empty(count, dtype=bool)
+        events: Counter[StampEvent] = Counter()
+        # Of a type object of this process, where another one sent the samples.
+        samples = np.ascontiguousarray(samples).view(np.float64)
+        at = 0
+        while at < count:
+            if state is not None:
+                done, state = self._run_front(
+                    state, stamps[at:], samples[at:], derivatives[at:], ready[at:]
+                )
+                events[StampEvent.NEXT] += done
+                at += done
+                if at == count:
+                    break
+            state, event = self.step(state, int(stamps[at]), samples[at])
+            derivatives[at], ready[at] = state.derivatives, self.ready(state)
+            events[event] += 1
+            at += 1
+        if state is None:
+            raise ValueError("no samples")
+        return FilterRows(derivatives, ready, events, state)
+
+    def _run_front(
+        self,
+        state: FilterState,
+        stamps: NDArray[np.int64],
+        samples: FloatArray,
+        derivatives: FloatArray,
+        ready: NDArray[np.bool_],
+    ) -> tuple[int, FilterState]:
+        """The samples at the front that follow each other without a gap.
+
+        `derivatives` and `ready` are filled as far as that. Returns their number and the state
+        after them.
+        """
+        intervals = np.diff(stamps, prepend=state.stamp_ns)
+        seconds = intervals * 1e-9
+        restarts = np.flatnonzero((intervals <= 0) | (seconds > self.max_gap))
+        done = int(restarts[0]) if len(restarts) else len(stamps)
+        if not done:
+            return 0, state
+        quality = np.empty(done)
+        memory = self._advance(state, seconds[:done], samples[:done], derivatives[:done], quality)
+        ready[:done] = self.is_good((stamps[:done] - state.start_ns) * 1e-9, quality)
+        last = done - 1
+        return done, FilterState(
+            stamp_ns=int(stamps[last]),
+            start_ns=state.start_ns,
+            memory=memory,
+            sample=samples[last].copy(),
+            derivatives=derivatives[last].copy(),
+        )
+
+
+def require_positive(name: str, value: float) -> None:
+    """Refuse a setting that is not a finite number above 0.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name} is {value}, expected a finite number above 0")

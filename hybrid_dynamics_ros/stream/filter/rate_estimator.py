@@ -11,7 +11,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core.ground.check_arrays import all_finite
 
 from ...messages.joint_samples import RejectedError, RejectionCode
-from .batch import run_filter
-from .compiled import CompiledFilter
-from .filter import FilterState, FloatArray, PolynomialFilter, StampEvent
+from .filter import FilterState, StampEvent
+from .polynomial import PolynomialFilter
+from .recursion import FloatArray
 
 Mask = NDArray[np.bool_]
 
@@ -62,7 +62,7 @@ class RateRows:
         acceleration: (N, n) [rad/s^2 or m/s^2]; NaN where it is not known.
         has_acceleration: (N,).
         events: how often a stamp was which event to the filter.
-        state: the estimator's state after the last sample; None where rates were given.
+        state: that of what made them, after the last sample; None where rates were given.
     """
 
     velocity: FloatArray
@@ -70,7 +70,7 @@ class RateRows:
     acceleration: FloatArray
     has_acceleration: Mask
     events: Counter[StampEvent]
-    state: EstimatorState | None
+    state: Any
 
     @staticmethod
     def given(velocity: FloatArray, acceleration: FloatArray) -> RateRows:
@@ -114,8 +114,8 @@ class MotionEstimator:
     def __init__(self, bandwidth: float, max_gap: float) -> None:
         """Bandwidth [Hz] and largest gap [s], as in `PolynomialFilter`."""
         self.bandwidth, self.max_gap = bandwidth, max_gap
-        self._velocity_filter = CompiledFilter(1, bandwidth, max_gap)
-        self._position_filter = CompiledFilter(2, bandwidth, max_gap)
+        self._velocity_filter = PolynomialFilter(1, bandwidth, max_gap)
+        self._position_filter = PolynomialFilter(2, bandwidth, max_gap)
 
     def lag(self, *, measured: bool) -> float:
         """How late accelerations are [s]: from velocities that are measured, or from positions."""
@@ -145,7 +145,7 @@ class MotionEstimator:
             filt, samples = self._position_filter, position
         else:
             filt, samples = self._velocity_filter, velocity
-        after, event = filt.step(before, stamp_ns, samples)
+        after, event = filt.step(before, stamp_ns, samples[None])
         if not all_finite(after.derivatives):
             raise _overflow()
         ready = filt.ready(after)
@@ -201,7 +201,7 @@ class MotionEstimator:
         measured = bool(rates.has_velocity[rows.start])
         filt, before = self._filter(measured), _before(rates.state, measured)
         samples = rates.velocity[rows] if measured else position
-        derivatives, ready, events, after = run_filter(filt, before, stamps, samples)
+        derivatives, ready, events, after = filt.run(before, stamps, samples[:, None])
         if not np.isfinite(derivatives).all():
             raise _overflow()
         is_ready = ready[:, None]

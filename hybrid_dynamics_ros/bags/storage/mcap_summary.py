@@ -1,0 +1,136 @@
+"""The summary of an MCAP file: a second place that says where chunks are, and their log times."""
+
+from __future__ import annotations
+
+import mmap
+import struct
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+from zlib import crc32
+
+from .mcap_format import CHUNK, CHUNK_INDEX, FOOTER, MAGIC, RECORD_HEAD
+
+FOOTER_BODY: Final = struct.Struct("<QQI")  # start of summary, of its offsets, checksum
+FOOTER_SIZE: Final = RECORD_HEAD.size + FOOTER_BODY.size
+_CHECKSUM_SIZE: Final = 4  # bytes at the end of the footer, which the checksum does not cover
+_CHUNK_TIMES: Final = struct.Struct("<QQQQI")  # first, last, start, length, bytes of a map
+_SIZE: Final = struct.Struct("<Q")
+
+
+@dataclass(frozen=True)
+class ChunkEntry:
+    """What the summary says about a chunk.
+
+    Attributes:
+        start: first byte of its record.
+        end: first byte after its record.
+        index_end: first byte after the records that index its messages.
+        span: first and last log time [ns].
+    """
+
+    start: int
+    end: int
+    index_end: int
+    span: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What the end of a file says.
+
+    Attributes:
+        start: its first byte; 0 where there is none.
+        chunks: chunks by their first bytes.
+        is_verified: whether a checksum covers it, and is right.
+        problem: why it cannot be used; empty where it can, or where there is none.
+    """
+
+    start: int = 0
+    chunks: Mapping[int, ChunkEntry] = field(default_factory=dict)
+    is_verified: bool = False
+    problem: str = ""
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return sorted(self.chunks)
+
+    def chunk_after(self, place: int) -> int | None:
+        """First byte of the next chunk behind a place; None where there is none."""
+        number = bisect_right(self._starts, place)
+        if number == len(self._starts):
+            return None
+        return self._starts[number]
+
+    def indices_end(self, place: int) -> int | None:
+        """The end of the message indices that a place is in; None elsewhere."""
+        number = bisect_right(self._starts, place)
+        if not number:
+            return None
+        entry = self.chunks[self._starts[number - 1]]
+        return entry.index_end if entry.end <= place < entry.index_end else None
+
+
+class _DamagedError(Exception):
+    """The summary cannot be used; the text says why."""
+
+
+def read_summary(data: mmap.mmap) -> Summary:
+    """The summary of a file; an empty one where the file was cut off or has none."""
+    footer = len(data) - len(MAGIC) - FOOTER_SIZE
+    if footer < len(MAGIC) or data[-len(MAGIC) :] != MAGIC:
+        return Summary()
+    try:
+        start, is_verified = _checked_start(data, footer)
+        if not start:
+            return Summary()
+        entries = list(_entries(data, start, footer))
+    except _DamagedError as error:
+        return Summary(problem=str(error))
+    except struct.error:
+        return Summary(problem="its index is damaged")
+    chunks = {entry.start: entry for entry in entries if is_verified or _is_chunk(data, entry)}
+    return Summary(start, chunks, is_verified)
+
+
+def _checked_start(data: mmap.mmap, footer: int) -> tuple[int, bool]:
+    """First byte of the summary, 0 where there is none; whether a checksum covers it.
+
+    Raises:
+        _DamagedError: the footer or the checksum is wrong.
+    """
+    if RECORD_HEAD.unpack_from(data, footer) != (FOOTER, FOOTER_BODY.size):
+        raise _DamagedError("the footer that leads to its index is damaged")
+    start, _, checksum = FOOTER_BODY.unpack_from(data, footer + RECORD_HEAD.size)
+    if start and not len(MAGIC) <= start <= footer:
+        raise _DamagedError("the footer that leads to its index is damaged")
+    end = footer + FOOTER_SIZE - _CHECKSUM_SIZE
+    if start and checksum and crc32(data[start:end]) != checksum:
+        raise _DamagedError("the checksum of its index differs")
+    return start, checksum != 0
+
+
+def _entries(data: mmap.mmap, start: int, footer: int) -> Iterator[ChunkEntry]:
+    """The chunks that a summary names. Raises struct.error where it is damaged."""
+    while start < footer:
+        code, size = RECORD_HEAD.unpack_from(data, start)
+        body = start + RECORD_HEAD.size
+        start = body + size
+        if start > footer:
+            raise struct.error("a record without its end")
+        if code != CHUNK_INDEX:
+            continue
+        first, last, chunk, length, map_size = _CHUNK_TIMES.unpack_from(data, body)
+        (index_size,) = _SIZE.unpack_from(data, body + _CHUNK_TIMES.size + map_size)
+        end = chunk + length
+        index_end = end + index_size
+        if index_end <= len(data):
+            yield ChunkEntry(chunk, end, index_end, (first, last))
+
+
+def _is_chunk(data: mmap.mmap, entry: ChunkEntry) -> bool:
+    """Whether there is a chunk where a summary without a checksum says so."""
+    size = entry.end - entry.start - RECORD_HEAD.size
+    return RECORD_HEAD.unpack_from(data, entry.start) == (CHUNK, size)

@@ -1,0 +1,82 @@
+"""Files of recordings, and their pieces in the order of the messages' log times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Final, Protocol
+
+from .message_records import split_by_time
+from .storage import Messages, Topic
+
+_LATEST: Final = 2**63 - 1  # [ns]
+_MAX_WAITING: Final = 8  # parts of a topic that wait together
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a recording that is read at once: a chunk, or a file.
+
+    Attributes:
+        span: log times of its first and its last message [ns].
+        read: its messages by topic, each topic in the order of log times.
+    """
+
+    span: tuple[int, int]
+    read: Callable[[], Iterator[tuple[str, Messages]]]
+
+
+class Storage(Protocol):
+    """One file of a bag."""
+
+    def topics(self) -> list[Topic]:
+        """The topics that the file says it holds."""
+
+    def pieces(self, wanted: frozenset[str] | None) -> Sequence[Piece]:
+        """Parts that are read one by one, in the order of their first log times.
+
+        Args:
+            wanted: names of topics; None for all.
+        """
+
+    def close(self) -> None:
+        """Close the file."""
+
+
+def in_time_order(pieces: Sequence[Piece]) -> Iterator[tuple[str, Messages]]:
+    """Messages of all pieces; where pieces overlap in time, messages wait for their turn."""
+    ordered = sorted(pieces, key=lambda piece: piece.span[0])
+    borders = [min(piece.span[0], _LATEST) for piece in ordered[1:]]
+    waiting: dict[str, list[Messages]] = {}
+    for piece, border in zip_longest(ordered, borders):
+        for topic, messages in piece.read():
+            parts = waiting.setdefault(topic, [])
+            parts.append(messages)
+            is_alone = len(parts) == 1 and _is_before(messages, border)
+            if is_alone or len(parts) > _MAX_WAITING:
+                yield from _ready(waiting, topic, _until(messages, border))
+        for topic in list(waiting):
+            yield from _ready(waiting, topic, border)
+
+
+def _is_before(messages: Messages, border: int | None) -> bool:
+    return border is None or not len(messages) or bool(messages.log_ns[-1] < border)
+
+
+def _until(messages: Messages, border: int | None) -> int | None:
+    """Up to where a topic is complete, while its piece goes on behind these messages [ns]."""
+    if _is_before(messages, border):
+        return int(messages.log_ns[-1]) + 1 if len(messages) else border
+    return border
+
+
+def _ready(
+    waiting: dict[str, list[Messages]], topic: str, border: int | None
+) -> Iterator[tuple[str, Messages]]:
+    """The messages of a topic that no later one can come before; the others go on waiting."""
+    ready, later = split_by_time(waiting.pop(topic), border)
+    if later is not None:
+        waiting[topic] = [later]
+    if len(ready):
+        yield topic, ready

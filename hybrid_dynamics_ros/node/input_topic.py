@@ -1,0 +1,87 @@
+"""One topic that comes in: its subscription, what waits in it, and what was lost on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any
+
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+
+from ..stream.input_queue import InputQueue
+from ..stream.sequence_gaps import SequenceGaps
+from . import qos
+from .input_reader import Read
+
+
+class InputTopic:
+    """A subscription for messages as bytes.
+
+    Attributes:
+        name: of the topic, resolved.
+        read: makes a sample of a message.
+        queue: messages that wait for their answer.
+        gaps: counts messages that were lost on the way. The middleware's own event takes its locks
+            in another order than the thread that receives: under losses the two wait for each
+            other, for ever.
+    """
+
+    def __init__(
+        self, node: LifecycleNode, kind: type, name: str, profile: QoSProfile, read: Read
+    ) -> None:
+        """A topic that is not subscribed to yet; the profile may be changed by overrides."""
+        self._node, self._kind, self._profile = node, kind, profile
+        self._given_name, self.name = name, node.resolve_topic_name(name)
+        self.read = read
+        self.gaps = SequenceGaps(self._publishers)
+
+    def open(
+        self, on_message: Callable[[InputTopic], None], answer: Callable[[bytes], bool]
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            on_message: is called after a message was put into the queue.
+            answer: answers a message; False where it cannot be used.
+        """
+
+        def take(*taken: Any) -> None:
+            # The events executor gives message and information as one argument, others as two.
+            message, information = taken[0] if len(taken) == 1 else taken
+            self._put(message, information)
+            on_message(self)
+
+        self._subscription = self._node.create_subscription(
+            self._kind,
+            self._given_name,
+            take,
+            self._profile,
+            qos_overriding_options=qos.OVERRIDES,
+            raw=True,
+        )
+        # By its signature `take` would get the message alone.
+        kinds = Subscription.CallbackType
+        self._subscription._callback_type = kinds.WithMessageInfo  # noqa: SLF001
+        self.queue = InputQueue(answer, self._subscription.qos_profile.depth)
+
+    def take_all(self) -> None:
+        """Put all messages that wait in the subscription into the queue."""
+        handle = self._subscription.handle
+        with handle:
+            while (taken := handle.take_message(self._kind, True)) is not None:
+                self._put(*taken)
+
+    def destroy(self) -> None:
+        """Take the topic away."""
+        self._node.destroy_subscription(self._subscription)
+
+    def _put(self, message: bytes, information: dict[str, Any]) -> None:
+        number = information["publication_sequence_number"]
+        if number is not None:
+            self.gaps.note(number)
+        self.queue.put(message)
+
+    def _publishers(self) -> frozenset[Hashable]:
+        endpoints = self._node.get_publishers_info_by_topic(self.name)
+        return frozenset(bytes(endpoint.endpoint_gid) for endpoint in endpoints)

@@ -1,0 +1,191 @@
+"""Trajectories of any independent joints as ones of the active joints, checked all the way.
+
+The motion is followed, so that no loop changes its assembly mode unnoticed. It is checked at the
+points and between them. The points of the outcome are so close that efforts are nearly linear
+between two of them. Knows no ROS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import monotonic
+from typing import Final
+
+import numpy as np
+
+from hybrid_dynamics_core import ClosedState, Robot
+
+from ..messages.joint_samples import FloatArray, Rejection
+from .trajectory_follower import ConversionSettings, Follower, Sample
+from .trajectory_motion import SampledTrajectory, SmoothMotion
+
+_LEAST_SHARE: Final = 1e-6  # of the largest effort of all, below which one drive's is not resolved
+_LEAST_EFFORT: Final = 1e-9  # [N m or N] below which efforts are rounding
+
+
+@dataclass(frozen=True, eq=False)
+class ConvertedTrajectory:
+    """Points of the active joints, (k, n) each, as far as they are good.
+
+    Attributes:
+        time: (k,) [s].
+        position, velocity, acceleration: [rad or m, per s, per s^2].
+        efforts: [N m or N].
+        nearest: smallest distance to a singularity on the way.
+        problem: what is wrong first, or None where all is good.
+        bad_point: the first point of the motion that is not reached, or -1.
+        bad_time: when the problem begins [s], or NaN.
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    efforts: FloatArray
+    nearest: float
+    problem: Rejection | None
+    bad_point: int
+    bad_time: float
+
+
+def convert(
+    robot: Robot,
+    trajectory: SampledTrajectory,
+    near: ClosedState | None = None,
+    settings: ConversionSettings | None = None,
+) -> ConvertedTrajectory:
+    """The motion as one of the active joints; the first bad time ends it.
+
+    Args:
+        robot: the robot.
+        trajectory: of any independent set of coordinates.
+        near: where it comes from; its assembly modes are kept. None: the reference configuration.
+        settings: how it is converted.
+
+    Raises:
+        RejectedError: the times cannot be used.
+    """
+    conversion = Conversion(trajectory.motion(), near)
+    conversion.advance(robot, settings or ConversionSettings())
+    return conversion.result()
+
+
+class Conversion:
+    """A conversion that is done piece by piece; between two pieces it can be pickled."""
+
+    def __init__(self, motion: SmoothMotion, near: ClosedState | None) -> None:
+        """Nothing is converted so far.
+
+        Args:
+            motion: what is converted.
+            near: where it comes from, or None for the reference configuration.
+        """
+        self._motion, self._near = motion, near
+        self._next = 0  # interval
+        self._time: list[float] = []
+        self._values: list[FloatArray] = []
+        self._scale: FloatArray | None = None
+        self._problem: Rejection | None = None
+        self._bad = -1, np.nan
+        self.nearest = 1.0
+
+    @property
+    def is_done(self) -> bool:
+        """Whether there is nothing more to convert."""
+        return self._problem is not None or self._next == self._motion.time.size - 1
+
+    @property
+    def reached(self) -> float:
+        """Up to where the motion is converted [s]."""
+        return self._time[-1] if self._time else float(self._motion.time[0])
+
+    @property
+    def progress(self) -> float:
+        """Converted share of the motion."""
+        return self._next / (self._motion.time.size - 1)
+
+    def advance(self, robot: Robot, settings: ConversionSettings, budget: float = np.inf) -> None:
+        """Convert, for about so long [s] where `budget` says so."""
+        end = monotonic() + budget
+        follower = Follower(robot, self._motion, settings)
+        if self._scale is None:
+            self._scale = follower.survey(self._near)
+        last = self._last(follower)
+        while not self.is_done:
+            last = self._convert_interval(follower, last)
+            if monotonic() > end:
+                break
+        self._near = last.state
+
+    def result(self) -> ConvertedTrajectory:
+        """What is converted."""
+        count = len(self._values)
+        n = 0 if not count else self._values[0].shape[1]
+        values = np.array(self._values).reshape(count, 4, n)
+        position, velocity, acceleration, efforts = values.swapaxes(0, 1)
+        number, moment = self._bad
+        return ConvertedTrajectory(
+            np.array(self._time),
+            position,
+            velocity,
+            acceleration,
+            efforts,
+            self.nearest,
+            self._problem,
+            number,
+            moment,
+        )
+
+    def _last(self, follower: Follower) -> Sample:
+        """The sample at which the next interval begins."""
+        last = follower.sample(float(self._motion.time[self._next]), self._near)
+        if not self._time:
+            self._take([last])
+        return last
+
+    def _convert_interval(self, follower: Follower, first: Sample) -> Sample:
+        if first.problem is not None:
+            return first
+        end = float(self._motion.time[self._next + 1])
+        for piece in follower.pieces(first, end, self._tolerance(follower)):
+            self._take(piece)
+            if self._problem is not None:
+                return piece[-1]
+            first = piece[-1]
+        self._next += 1
+        return first
+
+    def _take(self, piece: Sequence[Sample]) -> None:
+        """Keep the last of some samples, and what is to be known of all."""
+        last = piece[-1]
+        good = [sample for sample in piece if sample.problem is None]
+        for sample in good:
+            if sample.state is not None:
+                self.nearest = min(self.nearest, float(sample.state.singularity))
+        if last.problem is not None:
+            self._fail(last)
+            return
+        self._time.append(last.time)
+        self._values.append(last.values)
+
+    def _fail(self, sample: Sample) -> None:
+        times, problem = self._motion.time, sample.problem
+        number = int(np.searchsorted(times, sample.time))
+        self._bad = number, sample.time
+        place = f"point {number} at {sample.time:.9g} s"
+        if sample.time != times[number]:
+            place = (
+                f"point {number} at {times[number]:.9g} s is not reached: at {sample.time:.9g} s"
+            )
+        if problem is not None:
+            self._problem = Rejection(problem.code, f"{place}: {problem.text}")
+
+    def _tolerance(self, follower: Follower) -> FloatArray:
+        """Of the effort of each active joint [N m or N]; infinite where there is none."""
+        sizes = [np.abs(values[3]) for values in self._values]
+        if self._scale is not None:
+            sizes.append(self._scale)
+        largest: FloatArray = np.max(sizes, axis=0)
+        least = max(_LEAST_SHARE * float(largest.max(initial=0.0)), _LEAST_EFFORT)
+        return follower.allowed(np.maximum(largest, least))

@@ -1,0 +1,207 @@
+"""Follows a motion from sample to sample, and finds where it first goes wrong. Knows no ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from hybrid_dynamics_core import ClosedState, Loads, Robot
+from hybrid_dynamics_core.errors import HybridDynamicsError
+
+from ..messages.joint_samples import FloatArray, OrderedMotion, Rejection, rejection_of
+from .trajectory_limits import MotionLimits
+from .trajectory_motion import SmoothMotion
+
+_MOST_HALVINGS: Final = 10  # of an interval between two points
+_SHARE_OF_TIME: Final = 1e-6  # of an interval, to which the first bad time is found
+_MOST_SURVEYED: Final = 33  # points from which the size of the efforts is taken
+_QUARTERS: Final = np.array([0.25, 0.5, 0.75])
+# Between the quarters a smooth effort may be further off a line than at them.
+_CAUTION: Final = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class ConversionSettings:
+    """How a motion is converted.
+
+    Attributes:
+        loads: what acts on the robot; None: what its file says.
+        least: a state nearer to a singularity than this is bad, 0 singular, 1 best.
+        tolerance: efforts between two points are linear within this share of the largest effort of
+            each drive; 0: the points are those of the motion.
+    """
+
+    loads: Loads | None = None
+    least: float = 0.0
+    tolerance: float = 0.0
+
+
+class Sample(NamedTuple):
+    """One moment of the motion.
+
+    `values` are position, velocity, acceleration and effort of the active joints (4, n). Where the
+    loops do not close, there are only time and problem.
+    """
+
+    time: float
+    problem: Rejection | None
+    state: ClosedState | None = None
+    values: FloatArray = np.zeros(0)
+    margins: FloatArray = np.zeros(0)
+
+
+class Follower:
+    """Follows one motion of a robot."""
+
+    def __init__(self, robot: Robot, motion: SmoothMotion, settings: ConversionSettings) -> None:
+        self._robot, self._motion, self._settings = robot, motion, settings
+        self._limits = MotionLimits(robot, settings.least)
+
+    def allowed(self, largest: FloatArray) -> FloatArray:
+        """How far efforts between two samples may be off a line [N m or N]."""
+        tolerance = self._settings.tolerance
+        return tolerance * largest if tolerance > 0.0 else np.full_like(largest, np.inf)
+
+    def survey(self, near: ClosedState | None) -> FloatArray:
+        """Largest effort of each active joint at some of the points (n,) [N m or N]."""
+        largest = np.zeros(len(self._robot.active))
+        if not self._settings.tolerance:
+            return largest
+        count = self._motion.time.size
+        chosen = np.unique(np.linspace(0, count - 1, min(count, _MOST_SURVEYED)).round())
+        for number in chosen.astype(int).tolist():
+            sample = self.sample(float(self._motion.time[number]), near)
+            if sample.state is None:
+                break
+            near = sample.state
+            largest = np.maximum(largest, np.abs(sample.values[3]))
+        return largest
+
+    def sample(self, moment: float, near: ClosedState | None) -> Sample:
+        """The motion at a time [s], followed from a state nearby."""
+        robot, point = self._robot, self._motion.at(moment)
+        try:
+            state, acceleration = _close(robot, self._motion.names, point, near)
+            efforts = robot.inverse_dynamics(state, acceleration, self._settings.loads)
+            margins = self._limits.margins(state, efforts)
+        except HybridDynamicsError as error:
+            return Sample(moment, rejection_of(error))
+        problem = None
+        if (margins < 0.0).any():
+            problem = self._limits.problem(state, efforts)
+        values = np.array([state.u, state.du, acceleration, efforts])
+        return Sample(moment, problem, state, values, margins)
+
+    def pieces(self, first: Sample, end: float, allowed: FloatArray) -> Iterator[Sequence[Sample]]:
+        """Samples up to a time, in pieces within which efforts are linear.
+
+        A piece whose last sample has a problem is the last one.
+
+        Args:
+            first: where the interval begins.
+            end: where it ends [s].
+            allowed: deviations of efforts from a line (n,) [N m or N].
+        """
+        span = end - first.time
+        times = [*(first.time + _QUARTERS * span).tolist(), end]
+        todo = [(self._checked(self._following(first, times), span), 0)]
+        while todo:
+            piece, halvings = todo.pop()
+            is_bad = piece[-1].problem is not None
+            if is_bad or halvings == _MOST_HALVINGS or _is_linear(piece, allowed):
+                yield piece
+                if is_bad:
+                    return
+                continue
+            halves = [self._denser(half) for half in (piece[:3], piece[2:])]
+            todo += [(self._checked(half, span), halvings + 1) for half in reversed(halves)]
+
+    def _following(self, first: Sample, times: Sequence[float]) -> list[Sample]:
+        """The samples at some times, as far as they are good."""
+        samples = [first]
+        for moment in times:
+            samples.append(self.sample(moment, samples[-1].state))
+            if samples[-1].problem is not None:
+                break
+        return samples
+
+    def _denser(self, samples: Sequence[Sample]) -> list[Sample]:
+        """Samples, and one more between each two of them."""
+        denser = [samples[0]]
+        for before, after in pairwise(samples):
+            middle = self.sample(0.5 * (before.time + after.time), before.state)
+            denser += [middle, after]
+        return denser
+
+    def _checked(self, samples: list[Sample], span: float) -> list[Sample]:
+        """The samples up to the first bad moment among and between them."""
+        for k, (before, after) in enumerate(pairwise(samples)):
+            if after.problem is not None:
+                return [*samples[: k + 1], self._first_bad(before, after, span)]
+            for moment in _dips(samples, k):
+                between = self.sample(moment, before.state)
+                if between.problem is not None:
+                    return [*samples[: k + 1], self._first_bad(before, between, span)]
+        return samples
+
+    def _first_bad(self, good: Sample, bad: Sample, span: float) -> Sample:
+        while bad.time - good.time > _SHARE_OF_TIME * span:
+            middle = 0.5 * (good.time + bad.time)
+            if not good.time < middle < bad.time:
+                break
+            sample = self.sample(middle, good.state)
+            if sample.problem is None:
+                good = sample
+            else:
+                bad = sample
+        return bad
+
+
+def _close(
+    robot: Robot, names: tuple[str, ...], point: Sequence[FloatArray], near: ClosedState | None
+) -> tuple[ClosedState, FloatArray]:
+    position, velocity, acceleration = point
+    if names == robot.active:
+        return robot.close(position, velocity, near=near), acceleration
+    values, rates, accelerations = OrderedMotion(position, velocity, acceleration).by_name(names)
+    state = robot.close_given(values, rates, accelerations, near=near)
+    dds = np.full_like(state.s, np.nan) if state.dds is None else state.dds
+    return state, dds[: state.n]
+
+
+def _is_linear(samples: Sequence[Sample], allowed: FloatArray) -> bool:
+    """Whether the efforts of five equidistant samples are nearly on a line."""
+    efforts = np.array([sample.values[3] for sample in samples])
+    share = _QUARTERS[:, None]
+    line = (1.0 - share) * efforts[0] + share * efforts[-1]
+    return bool((np.abs(efforts[1:-1] - line) <= _CAUTION * allowed).all())
+
+
+def _dips(samples: Sequence[Sample], k: int) -> list[float]:
+    """Times between sample k and the next at which a margin may be negative.
+
+    They are the lowest places of parabolas through three samples.
+    """
+    times: list[float] = []
+    for start in (k - 1, k):
+        triple = samples[max(start, 0) : start + 3]
+        if start >= 0 and len(triple) == 3 and triple[-1].problem is None:
+            times += _lowest(triple)
+    low, high = samples[k].time, samples[k + 1].time
+    return sorted(moment for moment in times if low < moment < high)
+
+
+def _lowest(triple: Sequence[Sample]) -> list[float]:
+    """Times of the lowest places, below zero, of the parabolas through margins at three times."""
+    (t0, g0), (t1, g1), (t2, g2) = [(sample.time, sample.margins) for sample in triple]
+    slope = (g1 - g0) / (t1 - t0)
+    curvature = ((g2 - g1) / (t2 - t1) - slope) / (t2 - t0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = 0.5 * (t0 + t1 - slope / curvature)
+        least = g0 + (at - t0) * (slope + curvature * (at - t1))
+    dips = (curvature > 0.0) & (least < 0.0) & (at > t0) & (at < t2)
+    return [float(moment) for moment in at[dips]]

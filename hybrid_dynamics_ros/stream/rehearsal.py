@@ -1,0 +1,81 @@
+"""All that a stream runs under conditions, run once, so that its code is there afterwards.
+
+Knows no ROS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.errors import HybridDynamicsError
+
+from ..messages.joint_samples import FloatArray, OrderedMotion, RejectedError
+from ..parameters import BANDWIDTH, MAX_GAP
+from .conditions import Conditions, loads_of
+from .evaluator import MotionEvaluator
+from .topics import topics_of
+
+_INTERVAL: Final = 10_000_000  # [ns] between the samples
+_SAMPLES: Final = 5  # with velocities, and as many without: the filter has its samples then
+_STEP: Final = 1e-4  # [rad or m] between the samples: loops are followed over it
+_FAR: Final = 1e3  # [rad or m] where nothing closes: what says so is run too
+
+
+@dataclass(frozen=True, eq=False)
+class Rehearsal:
+    """What to rehearse. Plain values: they travel to the process that makes code.
+
+    Attributes:
+        measured: joints that the samples give.
+        conditions: what holds.
+    """
+
+    measured: tuple[str, ...]
+    conditions: Conditions
+
+
+def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
+    """Run the model and fill every topic for a few samples of each kind.
+
+    Raises:
+        HybridDynamicsError: the loads act on no frame of the robot, or are none.
+        NotStoredError: code is missing, where it may not be made.
+    """
+    conditions = rehearsal.conditions
+    loads = loads_of(robot, conditions)
+    evaluator = MotionEvaluator(robot, BANDWIDTH.default, MAX_GAP.default, rehearsal.measured)
+    evaluator.prepare(loads)
+    evaluator.loads = loads
+    if conditions.mode is not None:
+        evaluator.set_mode(conditions.mode)
+    topics = topics_of(robot, tf_rate=0.0)
+    position = _start(robot, rehearsal)
+    for k, motion in enumerate(_motions(position)):
+        # What the model refuses is rehearsed too.
+        with suppress(HybridDynamicsError, RejectedError), np.errstate(all="ignore"):
+            result = evaluator.step(k * _INTERVAL, motion)
+            for topic in topics:
+                topic.fill(result)
+
+
+def _start(robot: Robot, rehearsal: Rehearsal) -> FloatArray:
+    """The measured joints where the samples begin."""
+    state = rehearsal.conditions.mode or robot.close(robot.reference)
+    return np.array([state.s[robot.coordinates.index(name)] for name in rehearsal.measured])
+
+
+def _motions(position: FloatArray) -> Iterator[OrderedMotion]:
+    """Samples without rates, with velocities, with accelerations too, and one out of reach."""
+    still = np.zeros_like(position)
+    for k in range(_SAMPLES):
+        yield OrderedMotion(position + k * _STEP, None, None)
+    for k in range(_SAMPLES):
+        yield OrderedMotion(position + k * _STEP, still, None)
+    yield OrderedMotion(position, still, still)
+    yield OrderedMotion(position + _FAR, still, still)

@@ -1,0 +1,173 @@
+"""Angles that begin anew after a whole turn go on: encoders give (-pi, pi] or [0, 2 pi).
+
+A step of more than half a turn from one sample to the next is no motion, unless a measured velocity
+says that it is. The nearest number of whole turns is taken off it, and stays off from then on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from operator import sub
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..messages.joint_samples import FloatArray
+
+TURN: Final = 2.0 * math.pi  # [rad]
+_HALF: Final = 0.5 * TURN
+
+
+class TurnState(NamedTuple):
+    """What is remembered of the sample before.
+
+    Attributes:
+        stamp_ns: its stamp [ns].
+        readings: its angles and lengths, as they came [rad or m].
+        turns: whole turns of each joint that readings have to be raised by.
+        shift: the same (n,) [rad]; None where all are zero.
+    """
+
+    stamp_ns: int
+    readings: list[float]
+    turns: tuple[int, ...]
+    shift: FloatArray | None
+
+
+class TurnRows(NamedTuple):
+    """N samples, continued.
+
+    Attributes:
+        state: after the last; None where there was none before, and no sample.
+        position: (N, n), without jumps [rad or m].
+        wraps: how many jumps were taken out, of each joint.
+    """
+
+    state: TurnState | None
+    position: FloatArray
+    wraps: Counter[str]
+
+
+class TurnCounter:
+    """Continues the angles of some joints, sample by sample or many at once, to the same bits.
+
+    After a gap, and where stamps go back, the reading is taken as it is.
+    """
+
+    def __init__(self, names: Sequence[str], is_angle: Sequence[bool], max_gap: float) -> None:
+        """Nothing is remembered here: states are given and returned.
+
+        Args:
+            names: joints.
+            is_angle: of each whether it turns; lengths stay as they are.
+            max_gap: largest time between two samples that follow each other [s].
+        """
+        self._names = tuple(names)
+        self._halves = [_HALF if turns else math.inf for turns in is_angle]
+        self._max_gap = max_gap
+        self._at_start = (0,) * len(self._names)
+
+    def step(
+        self,
+        state: TurnState | None,
+        stamp_ns: int,
+        position: FloatArray,
+        velocity: FloatArray | None,
+    ) -> tuple[TurnState, FloatArray]:
+        """State and continued position (n,) of one more sample.
+
+        Args:
+            state: state before, or None at the start; it is not changed.
+            stamp_ns: stamp [ns].
+            position: (n,) as it came [rad or m].
+            velocity: (n,) [rad/s or m/s], NaN where it was not measured; None: of no joint.
+        """
+        readings = position.tolist()
+        if state is None or not self._goes_on(stamp_ns - state.stamp_ns):
+            return TurnState(stamp_ns, readings, self._at_start, None), position
+        turns, shift = state.turns, state.shift
+        # In plain floats, as this is done for every message.
+        if max(map(abs, map(sub, readings, state.readings))) > _HALF:
+            turns = self._continued(state, stamp_ns, readings, velocity)
+            shift = TURN * np.array(turns) if any(turns) else None
+        if shift is not None:
+            position = position + shift
+        return TurnState(stamp_ns, readings, turns, shift), position
+
+    def run(
+        self,
+        state: TurnState | None,
+        stamps: NDArray[np.int64],
+        position: FloatArray,
+        velocity: FloatArray,
+    ) -> TurnRows:
+        """What `step` gives for each of N samples, one after the other.
+
+        Args:
+            state: state before, or None at the start; it is not changed.
+            stamps: (N,) [ns].
+            position: (N, n) as they came [rad or m].
+            velocity: (N, n) [rad/s or m/s], NaN where it was not measured.
+        """
+        wraps: Counter[str] = Counter()
+        continued = position
+        edges = [*self._breaks(stamps, position), len(stamps)]
+        first = 0  # of the rows that have the turns of `state`
+        for row in edges:
+            if first < row and state is not None:
+                last = int(stamps[row - 1])
+                state = state._replace(stamp_ns=last, readings=position[row - 1].tolist())
+                if state.shift is not None:
+                    continued = position.copy() if continued is position else continued
+                    continued[first:row] = position[first:row] + state.shift
+            if row == len(stamps):
+                break
+            before = state
+            state, continued_row = self.step(before, int(stamps[row]), position[row], velocity[row])
+            if state.shift is not None:
+                continued = position.copy() if continued is position else continued
+                continued[row] = continued_row
+            wraps.update(self.wraps(before, state))
+            first = row + 1
+        return TurnRows(state, continued, wraps)
+
+    def wraps(self, before: TurnState | None, after: TurnState) -> Counter[str]:
+        """How many jumps were taken out between a sample and the next, of each joint."""
+        if before is None or after.turns is before.turns or after.turns is self._at_start:
+            return Counter()
+        pairs = zip(self._names, before.turns, after.turns, strict=True)
+        return Counter({name: abs(new - old) for name, old, new in pairs if new != old})
+
+    def _goes_on(self, interval_ns: int) -> bool:
+        return interval_ns >= 0 and interval_ns * 1e-9 <= self._max_gap
+
+    def _breaks(self, stamps: NDArray[np.int64], position: FloatArray) -> list[int]:
+        """The first row, and those that cannot be taken as the one before was."""
+        intervals = np.diff(stamps)
+        steps = np.abs(np.diff(position, axis=0))
+        is_break = (steps > self._halves).any(axis=1)
+        is_break |= (intervals < 0) | (intervals * 1e-9 > self._max_gap)
+        rows: list[int] = (np.flatnonzero(is_break) + 1).tolist()
+        return [0, *rows] if len(stamps) else []
+
+    def _continued(
+        self,
+        state: TurnState,
+        stamp_ns: int,
+        readings: Sequence[float],
+        velocity: FloatArray | None,
+    ) -> tuple[int, ...]:
+        """Turns from a sample on that jumps."""
+        interval = (stamp_ns - state.stamp_ns) * 1e-9
+        turns = list(state.turns)
+        for k, half in enumerate(self._halves):
+            step = readings[k] - state.readings[k]
+            if abs(step) > half:
+                motion = 0.0
+                if velocity is not None and math.isfinite(velocity[k]):
+                    motion = float(velocity[k]) * interval
+                turns[k] -= round((step - motion) / TURN)
+        return state.turns if turns == list(state.turns) else tuple(turns)

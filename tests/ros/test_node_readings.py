@@ -1,0 +1,85 @@
+"""The node in its own process, and sensors as they are: that wrap, that lack what others have."""
+
+import math
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import JointState
+
+ACTIVE = ["q1", "q12", "q22", "q4"]
+AT = [2.95, 0.1, 0.15, 0.0]
+COUNT = 40
+
+
+def published(client, position, velocity=(), names=ACTIVE):
+    """Publishes rows 10 ms apart; their stamps."""
+    stamps = []
+    for k, row in enumerate(position):
+        stamps.append(client.new_stamp(0.01 if k else 10.0))
+        rates = list(velocity[k]) if len(velocity) else []
+        message = JointState(name=list(names), position=list(row), velocity=rates)
+        client.publish("active_joint_states", message, stamps[-1])
+    return stamps
+
+
+def slewing():
+    """The first joint turns through pi at 1 rad/s."""
+    position = np.tile(AT, (COUNT, 1))
+    position[:, 0] += 0.01 * np.arange(COUNT)
+    return position
+
+
+def efforts_of(client, stamps):
+    """Efforts of the last 20 messages (20, 4)."""
+    return np.array([client.wait_for("required_efforts", stamp).effort for stamp in stamps[-20:]])
+
+
+@pytest.mark.parametrize("lowest", [-math.pi, 0.0])
+def test_an_encoder_that_begins_anew_is_no_motion(client, lowest):
+    position = slewing()
+    if lowest == 0.0:
+        position[:, 0] += math.pi  # through 2 pi
+    expected = efforts_of(client, published(client, position))
+    readings = position.copy()
+    readings[:, 0] = (readings[:, 0] - lowest) % (2.0 * math.pi) + lowest
+    assert np.abs(np.diff(readings[:, 0])).max() > 6.0
+    stamps = published(client, readings)
+    np.testing.assert_allclose(efforts_of(client, stamps), expected, atol=1e-5)
+    steps = np.diff([client.wait_for("joint_states", stamp).position[0] for stamp in stamps])
+    np.testing.assert_allclose(steps, 0.01, atol=1e-9)
+    client.wait_until(
+        lambda: any("of q1 continued" in entry.value for entry in values_of(client)),
+        "a count of the turns in the diagnostics",
+    )
+
+
+def values_of(client):
+    return [value for status in list(client.diagnostics) for value in status.values]
+
+
+def test_velocities_that_are_nan_are_absent(client):
+    position = slewing()
+    expected = efforts_of(client, published(client, position))
+    nan = np.full_like(position, np.nan)
+    assert np.array_equal(efforts_of(client, published(client, position, nan)), expected)
+
+
+def test_velocities_in_turn_are_served(client):
+    velocity = np.tile([1.0, 0.0, 0.0, 0.0], (COUNT, 1))
+    in_turn = [velocity[k] if k % 2 else [] for k in range(COUNT)]
+    stamps = published(client, slewing(), in_turn)
+    whole = efforts_of(client, published(client, slewing(), velocity))
+    np.testing.assert_allclose(efforts_of(client, stamps), whole, atol=1e-5)
+
+
+def test_two_drivers_are_joined(client):
+    position = slewing()
+    expected = efforts_of(client, published(client, position))
+    stamps = []
+    for k, row in enumerate(position):
+        stamps.append(client.new_stamp(0.01 if k else 10.0))
+        for part in ([0, 3], [2, 1]):
+            names = [ACTIVE[i] for i in part]
+            message = JointState(name=names, position=row[part].tolist())
+            client.publish("active_joint_states", message, stamps[-1])
+    assert np.array_equal(efforts_of(client, stamps), expected)

@@ -1,0 +1,261 @@
+"""What every converted trajectory keeps, on robots and motions nobody has seen.
+
+The motion between points is drawn by SciPy's piecewise polynomials from the derivatives at the
+points, and searched densely: neither uses what is tested.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.interpolate import BPoly
+
+from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
+from hybrid_dynamics_ros.services.trajectory_conversion import Conversion, convert
+from hybrid_dynamics_ros.services.trajectory_fit import completed
+from hybrid_dynamics_ros.services.trajectory_follower import ConversionSettings
+from hybrid_dynamics_ros.services.trajectory_motion import SampledTrajectory
+from tests.generated.case import Case
+from tests.generated.class_three import class_three
+from tests.generated.robots import STATES, examples
+
+DENSE = 241  # moments at which a motion is searched
+ROBOTS = class_three(3, 2)  # small: most of the time goes into making them
+
+
+def gentle(robot: Robot, start: np.ndarray, seed: int) -> SampledTrajectory:
+    """A motion of the active joints through random points near a configuration."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.2, 0.6, 4))
+    shape = len(time), len(robot.active)
+    return SampledTrajectory(
+        robot.active,
+        time,
+        start + 0.02 * rng.normal(size=shape),
+        0.1 * rng.normal(size=shape),
+        0.3 * rng.normal(size=shape),
+    )
+
+
+def drawn(trajectory: SampledTrajectory, moments: np.ndarray) -> list[np.ndarray]:
+    """Positions, velocities and accelerations (k, n) at some moments."""
+    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    curve = BPoly.from_derivatives(trajectory.time, np.stack(parts, axis=1))
+    return [curve(moments, order) for order in range(3)]
+
+
+def states_of(robot: Robot, trajectory: SampledTrajectory, moments: np.ndarray):
+    """Closed states and efforts at some moments, or an assumption that does not hold."""
+    u, du, ddu = drawn(trajectory, moments)
+    try:
+        state = robot.close_path(u, du)
+        return state, robot.inverse_dynamics(state, ddu)
+    except HybridDynamicsError:
+        assume(False)
+
+
+def limited(robot: Robot, name: str, **limits: object) -> Robot:
+    description = robot.description
+    joints = {**description.joints, name: replace(description.joints[name], **limits)}
+    return Robot(replace(description, joints=joints))
+
+
+@examples(8)
+@given(ROBOTS, STATES, st.sampled_from([0.1, 0.02]))
+def test_efforts_between_two_points_are_linear_within_the_tolerance(
+    case: Case, seed: int, tolerance: float
+) -> None:
+    robot = case.robot
+    trajectory = gentle(robot, case.somewhere(seed)[: case.n], seed)
+    moments = np.linspace(trajectory.time[0], trajectory.time[-1], DENSE)
+    _, efforts = states_of(robot, trajectory, moments)
+    converted = convert(robot, trajectory, None, ConversionSettings(tolerance=tolerance))
+    assume(converted.problem is None)
+    assert set(trajectory.time) <= set(converted.time)
+    largest = np.maximum(np.abs(efforts).max(axis=0), np.abs(converted.efforts).max(axis=0))
+    for joint in range(case.n):
+        line = np.interp(moments, converted.time, converted.efforts[:, joint])
+        off = np.abs(line - efforts[:, joint])
+        assert off.max() <= tolerance * largest[joint] + 1e-6 * largest.max()
+
+
+def first_beyond(values: np.ndarray, limit: float, moments: np.ndarray) -> float:
+    return float(moments[np.argmax(values > limit)])
+
+
+@examples(8)
+@given(ROBOTS, STATES, st.sampled_from(["position", "rate", "effort"]), st.floats(0.3, 0.95))
+def test_the_first_time_beyond_a_limit_is_told_between_points_too(
+    case: Case, seed: int, kind: str, share: float
+) -> None:
+    robot = case.robot
+    trajectory = gentle(robot, case.somewhere(seed)[: case.n], seed)
+    moments = np.linspace(trajectory.time[0], trajectory.time[-1], DENSE)
+    state, efforts = states_of(robot, trajectory, moments)
+    place = seed % case.n
+    name = robot.active[place]
+    if kind == "position":
+        values = state.u[:, place]
+        limit = values[0] + share * (values.max() - values[0])
+        chosen = {"limits": (-np.inf, float(limit))}
+        assume(robot.reference[place] < limit)
+    elif kind == "rate":
+        values = np.abs(state.du[:, place])
+        limit = share * values.max()
+        chosen = {"velocity_limit": float(limit)}
+    else:
+        assume(name in robot.drives and set(robot.drives) == set(robot.active) - set(robot.idle))
+        values = np.abs(efforts[:, place])
+        limit = share * values.max()
+        chosen = {"effort_limit": float(limit)}
+    assume(values.max() > limit + 1e-6 and values[0] < limit)
+    # not where two moments of the search may hide a lower peak, or rounding decides
+    assume(np.partition(np.abs(values - limit), 1)[1] > 1e-7 * (1.0 + abs(limit)))
+    other = limited(robot, name, **chosen)
+    assume(other.active == robot.active)
+    assume(convert(robot, trajectory).problem is None)
+    converted = convert(other, trajectory)
+    expected = first_beyond(values, limit, moments)
+    assert converted.problem is not None
+    assert converted.problem.code is RejectionCode.LIMIT
+    step = moments[1] - moments[0]
+    assert expected - step - 1e-6 <= converted.bad_time <= expected + 1e-6
+    assert converted.bad_point == np.searchsorted(trajectory.time, converted.bad_time)
+    assert name in converted.problem.text
+    assert f"{converted.bad_time:.9g} s" in converted.problem.text
+    assert converted.time.max(initial=-np.inf) < converted.bad_time
+
+
+@examples(8)
+@given(ROBOTS, STATES)
+def test_the_first_time_near_a_singular_place_is_told(case: Case, seed: int) -> None:
+    robot = case.robot
+    trajectory = gentle(robot, case.somewhere(seed)[: case.n], seed)
+    moments = np.linspace(trajectory.time[0], trajectory.time[-1], DENSE)
+    state, _ = states_of(robot, trajectory, moments)
+    distance = np.asarray(state.singularity)
+    least = 0.5 * (distance[0] + distance.min())
+    assume(distance[0] > 1.001 * least > 1.002 * distance.min())
+    assume(convert(robot, trajectory).problem is None)
+    converted = convert(robot, trajectory, None, ConversionSettings(least=float(least)))
+    expected = first_beyond(-distance, -least, moments)
+    assert converted.problem is not None
+    assert converted.problem.code is RejectionCode.SINGULAR
+    assert expected - (moments[1] - moments[0]) - 1e-6 <= converted.bad_time <= expected + 1e-6
+
+
+def test_pressures_beyond_the_supply_are_told_between_points() -> None:
+    robot = load("excavator")
+    trajectory = gentle(robot, robot.reference, 3)
+    moments = np.linspace(trajectory.time[0], trajectory.time[-1], DENSE)
+    state, efforts = states_of(robot, trajectory, moments)
+    cylinder = robot.hydraulics(state, efforts)["boom_cylinder"]
+    pressures = np.maximum(cylinder.cap_pressure, cylinder.rod_pressure)
+    supply = 0.5 * (pressures[0] + pressures.max())
+    assert pressures[0] < supply < pressures.max()
+    description = robot.description
+    actuators = dict(description.actuators)
+    weaker = replace(actuators["boom_cylinder"], supply_pressure=float(supply))
+    other = Robot(replace(description, actuators={**actuators, "boom_cylinder": weaker}))
+    converted = convert(other, trajectory)
+    assert converted.problem is not None
+    assert "boom_cylinder" in converted.problem.text
+    assert "Pa" in converted.problem.text
+    expected = first_beyond(pressures, supply, moments)
+    assert expected - (moments[1] - moments[0]) <= converted.bad_time <= expected + 1e-6
+
+
+def test_a_limit_that_is_passed_only_between_two_points_is_told() -> None:
+    """At rest at both ends below the limit, and beyond it for a twentieth of the way."""
+    robot = load("five_bar")
+    time = np.array([0.0, 2.0])
+    zero = np.zeros((2, len(robot.active)))
+    start = np.array([robot.reference, robot.reference])
+    pushed = zero.copy()
+    pushed[:, 0] = 0.2
+    trajectory = SampledTrajectory(robot.active, time, start, zero, pushed)
+    u, _, _ = drawn(trajectory, np.linspace(0.0, 2.0, 2001))
+    peak = u[:, 0].max()
+    limit = peak - 1e-5 * (peak - u[0, 0])
+    name = robot.active[0]
+    other = limited(robot, name, limits=(-np.inf, float(limit)))
+    converted = convert(other, trajectory)
+    assert converted.problem is not None
+    assert converted.problem.code is RejectionCode.LIMIT
+    assert converted.bad_point == 1
+    assert 0.9 < converted.bad_time < 1.0
+    assert convert(limited(robot, name, limits=(-np.inf, peak + 1e-6)), trajectory).problem is None
+
+
+Mask = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+LEFT_OUT: dict[str, Mask] = {
+    "no velocities": lambda k: (k < 0, k >= 0),
+    "no accelerations": lambda k: (k >= 0, k < 0),
+    "first velocity": lambda k: (k > 0, k >= 0),
+    "first velocity, no accelerations": lambda k: (k > 0, k < 0),
+    "first velocity and acceleration": lambda k: (k > 0, k > 0),
+    "last velocity": lambda k: (k < k[-1], k >= 0),
+    "one of three": lambda k: (k % 3 > 0, k % 3 != 1),
+}
+
+
+@pytest.mark.parametrize("kind", LEFT_OUT)
+@examples(32)
+@given(st.integers(0, 999))
+def test_what_points_leave_out_is_that_of_the_motion(kind: str, seed: int) -> None:
+    """Sums of sines, sampled about 30 times a period of the fastest, at uneven times."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.6, 1.4, 30)) / 30.0
+    rate, phase = rng.uniform(2.0, 2.0 * np.pi, 3), rng.uniform(0.0, 2.0 * np.pi, 3)
+    angle = time[:, None] * rate + phase
+    position, velocity = np.sin(angle), rate * np.cos(angle)
+    acceleration = -(rate**2) * position
+    rates, accelerations = LEFT_OUT[kind](np.arange(time.size))
+    given_velocity = np.where(rates[:, None], velocity, np.nan)
+    given_acceleration = np.where(accelerations[:, None], acceleration, np.nan)
+    fitted = completed(time, position, given_velocity, given_acceleration)
+    assert np.array_equal(fitted[0][rates], velocity[rates])
+    assert np.array_equal(fitted[1][accelerations], acceleration[accelerations])
+    assert np.abs(fitted[0] - velocity).max() < 0.02 * np.abs(velocity).max()
+    assert np.abs(fitted[1] - acceleration).max() < 0.05 * np.abs(acceleration).max()
+
+
+@pytest.mark.parametrize(
+    ("time", "text"),
+    [
+        ([-0.1, 1.0], "point 0 is at -0.1 s, expected no negative time"),
+        ([0.0, 1.0, 1.0], "point 2 is at 1 s, expected later than 1 s"),
+        ([0.0, 1.0, 0.5], "point 2 is at 0.5 s, expected later than 1 s"),
+        ([0.0], "1 points, expected 2 or more"),
+    ],
+)
+def test_times_that_no_motion_has_are_refused(time: list[float], text: str) -> None:
+    trajectory = SampledTrajectory(("x",), np.array(time), np.zeros((len(time), 1)))
+    with pytest.raises(RejectedError) as refused:
+        trajectory.motion()
+    assert refused.value.rejection.text == text
+
+
+def test_a_conversion_in_pieces_is_that_in_one() -> None:
+    import pickle
+
+    robot = load("five_bar")
+    trajectory = gentle(robot, robot.reference, 1)
+    settings = ConversionSettings(tolerance=0.01)
+    whole = convert(robot, trajectory, None, settings)
+    conversion, count = Conversion(trajectory.motion(), None), 0
+    while not conversion.is_done:
+        conversion = pickle.loads(pickle.dumps(conversion))  # noqa: S301 - our own
+        conversion.advance(robot, settings, budget=0.0)
+        count += 1
+    pieces = conversion.result()
+    assert count == trajectory.time.size - 1
+    assert np.array_equal(pieces.time, whole.time)
+    np.testing.assert_allclose(pieces.efforts, whole.efforts, rtol=1e-12, atol=1e-12)
