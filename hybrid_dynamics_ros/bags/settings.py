@@ -25,7 +25,7 @@ from ..parameters import (
     sensor_joint,
     sensor_rows,
 )
-from ..stream.conditions import Conditions, calibration_of, loads_of
+from ..stream.conditions import Conditions, calibration_of, kalman_of, loads_of
 from ..stream.pipeline import Pipeline
 from .errors import BagError, wrong_kind
 
@@ -76,7 +76,8 @@ def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
     Raises:
         ParameterError: the settings do not go with the robot.
     """
-    pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], settings[MEASURED])
+    bandwidth, max_gap = settings[BANDWIDTH], settings[MAX_GAP]
+    pipeline = Pipeline(robot, bandwidth, max_gap, settings[MEASURED], kalman_of(settings))
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
     pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
     evaluator = pipeline.evaluator

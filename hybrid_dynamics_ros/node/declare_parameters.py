@@ -97,7 +97,8 @@ def declare(node: Node) -> NodeSettings:
 def _hint(name: str) -> str:
     """Names that may be meant."""
     names = [parameter.name for parameter in TABLE]
-    by_last_part = {entry.rpartition(".")[2]: entry for entry in names}  # groups are forgotten
+    # Groups are forgotten; of two with the same last part the first is meant.
+    by_last_part = {entry.rpartition(".")[2]: entry for entry in reversed(names)}
     near = difflib.get_close_matches(name, [*names, *by_last_part], n=1)
     if near:
         return did_you_mean(by_last_part.get(near[0], near[0]))

@@ -7,6 +7,16 @@ from typing import Any, Final
 from .profiles import PROFILES, RELIABLE
 from .row import LARGE, ChangeTime, Parameter
 
+POLYNOMIAL: Final = "polynomial"
+KALMAN: Final = "kalman"
+
+FILTER_TYPE: Final = Parameter[str](
+    "acceleration_filter.type",
+    POLYNOMIAL,
+    "What estimates accelerations, and velocities where messages have none.",
+    choices=(POLYNOMIAL, KALMAN),
+    kind=str,
+)
 BANDWIDTH: Final = Parameter[float](
     "acceleration_filter.bandwidth",
     10.0,
@@ -24,6 +34,32 @@ MAX_GAP: Final = Parameter[float](
     bounds=(0.001, 3600.0),
     change=ChangeTime.ANY_TIME,
 )
+KALMAN_BANDWIDTH: Final = Parameter[float](
+    "acceleration_filter.kalman.bandwidth",
+    15.0,
+    "The same bandwidth where the type is kalman.",
+    unit="Hz",
+    bounds=(0.01, 1000.0),
+    change=ChangeTime.ANY_TIME,
+)
+VELOCITY_NOISE: Final = Parameter[float](
+    "acceleration_filter.kalman.velocity_noise",
+    400.0,
+    "Noise of measured velocities over that of positions, where the type is kalman. 30 for"
+    " velocities of a good sensor, 1e9 to leave velocities out.",
+    unit="1/s",
+    bounds=(1e-3, LARGE),
+    change=ChangeTime.ANY_TIME,
+)
+# Where one of them changes, the estimates start anew.
+FILTER_ROWS: Final[tuple[Parameter[Any], ...]] = (
+    FILTER_TYPE,
+    BANDWIDTH,
+    MAX_GAP,
+    KALMAN_BANDWIDTH,
+    VELOCITY_NOISE,
+)
+
 PARTIAL_AGE: Final = Parameter[float](
     "partial_messages.max_age",
     0.2,
@@ -45,7 +81,8 @@ INPUT_DEPTH: Final = Parameter[int](
 )
 
 ROWS: Final[tuple[Parameter[Any], ...]] = (
-    *(BANDWIDTH, MAX_GAP, PARTIAL_AGE),
+    *FILTER_ROWS,
+    PARTIAL_AGE,
     *(INPUT_QOS, INPUT_DEPTH),
 )
 

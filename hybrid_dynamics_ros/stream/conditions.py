@@ -15,15 +15,20 @@ from hybrid_dynamics_core import ClosedState, Loads, Payload, Robot
 
 from ..messages.joint_samples import Calibration
 from ..parameters import (
+    FILTER_TYPE,
     GRAVITY,
+    KALMAN,
+    KALMAN_BANDWIDTH,
     PAYLOAD_COM,
     PAYLOAD_FRAME,
     PAYLOAD_INERTIA,
     PAYLOAD_MASS,
+    VELOCITY_NOISE,
     NodeSettings,
     Parameter,
     sensor_rows,
 )
+from .filter.routes import Kalman
 
 Floats = tuple[float, ...]
 
@@ -147,6 +152,13 @@ def loads_of(robot: Robot, conditions: Conditions) -> Loads:
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         loads = loads.with_payload(Payload(body.mass, body.com, inertia), frame)
     return loads
+
+
+def kalman_of(settings: NodeSettings) -> Kalman | None:
+    """The Kalman filter that estimates rates; None where polynomials do."""
+    if settings[FILTER_TYPE] != KALMAN:
+        return None
+    return Kalman(settings[KALMAN_BANDWIDTH], settings[VELOCITY_NOISE])
 
 
 def calibration_of(settings: NodeSettings, joints: tuple[str, ...]) -> Calibration | None:

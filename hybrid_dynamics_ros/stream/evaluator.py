@@ -19,6 +19,7 @@ from hybrid_dynamics_core.robot.compiled_calls import Call
 from ..messages.joint_samples import Calibration, FloatArray, OrderedMotion
 from .filter.filter import StampEvent
 from .filter.rate_estimator import MotionEstimator, RateRows
+from .filter.routes import Kalman
 from .joint_groups import GroupedEstimator, State, stamp_of
 from .results import MotionResult, OneOrRows
 from .turns import TurnCounter, TurnRows, TurnState
@@ -46,7 +47,12 @@ class MotionEvaluator:
     """
 
     def __init__(
-        self, robot: Robot, bandwidth: float, max_gap: float, measured: Sequence[str] | None = None
+        self,
+        robot: Robot,
+        bandwidth: float,
+        max_gap: float,
+        measured: Sequence[str] | None = None,
+        kalman: Kalman | None = None,
     ) -> None:
         """The evaluator of one robot.
 
@@ -55,6 +61,7 @@ class MotionEvaluator:
             bandwidth: of the rate estimates [Hz].
             max_gap: between stamps, restarts them [s].
             measured: coordinates that the samples give, any independent set; None: the active ones.
+            kalman: settings of a Kalman filter; None: polynomials.
 
         Raises:
             InputError: the measured coordinates do not determine the others.
@@ -75,7 +82,7 @@ class MotionEvaluator:
         self._turned: TurnState | None = None
         self._turned_given: TurnState | None = None
         self.loads = robot.loads
-        self.set_filter(bandwidth, max_gap)
+        self.set_filter(bandwidth, max_gap, kalman)
         if not self._measures_active:
             places = {name: robot.coordinates.index(name) for name in self.measured}
             robot.close_given({name: float(start.s[k]) for name, k in places.items()})
@@ -106,9 +113,9 @@ class MotionEvaluator:
         state = self.robot.close(self.robot.reference)
         self.robot.inverse_dynamics(state, np.zeros(state.n), loads)
 
-    def set_filter(self, bandwidth: float, max_gap: float) -> None:
-        """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
-        self.estimator = MotionEstimator(bandwidth, max_gap)
+    def set_filter(self, bandwidth: float, max_gap: float, kalman: Kalman | None = None) -> None:
+        """Another bandwidth [Hz], gap [s] or filter from now on; the estimates start anew."""
+        self.estimator = MotionEstimator(bandwidth, max_gap, kalman)
         is_angle = [self.robot.joint_types[name] == "revolute" for name in self.measured]
         self._turns = TurnCounter(self.measured, is_angle, max_gap)
         self._grouped = GroupedEstimator(self.estimator)

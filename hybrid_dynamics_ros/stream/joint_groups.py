@@ -2,7 +2,9 @@
 
 Where every message has the velocities of all joints, or none of any, one estimator serves all.
 Else joints of one history are a group with an estimator's states of its own. The estimator of a
-joint that changes between both kinds is asked for both: each goes on from its own samples.
+joint that changes between both kinds is asked for both: each goes on from its own samples. An
+estimator that takes both kinds in turn needs no groups as long as all joints have velocities, or
+none.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,9 +87,7 @@ class GroupedEstimator:
         """
         if velocity is None or not math.isnan(sum(velocity.tolist())):
             measures_all = velocity is not None
-            if state is None or (
-                isinstance(state, EstimatorState) and state.from_velocities == measures_all
-            ):
+            if self._goes_on(state, is_measured=measures_all):
                 return self.estimator.step(state, stamp_ns, position, velocity)
             is_measured = np.full(len(position), measures_all)
         else:
@@ -137,7 +137,7 @@ class GroupedEstimator:
         for end in _ends_of_runs(is_measured):
             while row < end:
                 rows = slice(row, end)
-                if not _is_plain(rates.state, is_measured[row]):
+                if not self._is_plain(rates.state, is_measured[row]):
                     rows = slice(row, row + 1)
                 self._run(rates, rows, stamps[rows], position[rows], velocity[rows])
                 row = rows.stop
@@ -161,7 +161,7 @@ class GroupedEstimator:
             velocity: (k, n) of the rows [rad/s or m/s], NaN where it is absent.
         """
         is_measured = ~np.isnan(velocity)
-        if _is_plain(rates.state, is_measured[0]):
+        if self._is_plain(rates.state, is_measured[0]):
             part = self.estimator.run(rates.state, stamps, position, velocity, is_measured[:, 0])
             rates.velocity[rows], rates.has_velocity[rows] = part.velocity, part.has_velocity
             rates.acceleration[rows] = part.acceleration
@@ -178,6 +178,26 @@ class GroupedEstimator:
         if estimate.acceleration is not None:
             rates.acceleration[rows] = estimate.acceleration
             rates.has_acceleration[rows] = True
+
+    def _is_plain(self, state: State | None, is_measured: Mask) -> bool:
+        """Whether one estimator goes on with a sample, of whose joints (n,) is said."""
+        measures_all = bool(is_measured.all())
+        if not measures_all and is_measured.any():
+            return False
+        return self._goes_on(state, is_measured=measures_all)
+
+    def _goes_on(
+        self, state: State | None, *, is_measured: bool
+    ) -> TypeGuard[EstimatorState | None]:
+        """Whether one estimator goes on with a sample, all of whose joints have velocities or none.
+
+        It does where so did the samples before, or where the estimator takes both kinds in turn.
+        """
+        if state is None:
+            return True
+        if isinstance(state, Groups):
+            return False
+        return self.estimator.takes_turns or state.from_velocities == is_measured
 
     def _restart(self, before_ns: int, stamp_ns: int) -> StampEvent | None:
         """Why all groups start anew at a stamp; None where they go on."""
@@ -225,19 +245,6 @@ class GroupedEstimator:
         if of_positions is not None:
             of_positions, _ = step(of_positions, stamp_ns, position, None)
         return Group(group.joints, of_velocities, of_positions, group.bare_ns), estimate
-
-
-def _is_plain(state: State | None, is_measured: Mask) -> bool:
-    """Whether one estimator goes on from a state with a sample, of whose joints (n,) is said."""
-    measures_all = bool(is_measured.all())
-    if not measures_all and is_measured.any():
-        return False
-    return state is None or _is_of(state, is_measured=measures_all)
-
-
-def _is_of(state: State, *, is_measured: bool) -> bool:
-    """Whether all joints had velocities so far, or none."""
-    return isinstance(state, EstimatorState) and state.from_velocities == is_measured
 
 
 def _groups_of(state: State | None, joint_count: int) -> tuple[Group, ...]:

@@ -27,6 +27,7 @@ from ..messages.joint_samples import (
 from ..messages.readings import ReadingOrder
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
+from .filter.routes import Kalman
 from .results import MotionResult
 
 _UNREMARKABLE = (StampEvent.NEXT, StampEvent.FIRST)
@@ -89,10 +90,15 @@ class Pipeline:
     """
 
     def __init__(
-        self, robot: Robot, bandwidth: float, max_gap: float, measured: Sequence[str] | None = None
+        self,
+        robot: Robot,
+        bandwidth: float,
+        max_gap: float,
+        measured: Sequence[str] | None = None,
+        kalman: Kalman | None = None,
     ) -> None:
         """The pipeline of one robot; arguments and errors are those of `MotionEvaluator`."""
-        self.evaluator = MotionEvaluator(robot, bandwidth, max_gap, measured)
+        self.evaluator = MotionEvaluator(robot, bandwidth, max_gap, measured, kalman)
         self.counts = Counts(wraps=self.evaluator.wraps)
         resting = resting_joints(robot)
         self._order = JointOrder(self.evaluator.measured, resting)

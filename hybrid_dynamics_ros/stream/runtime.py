@@ -20,6 +20,7 @@ from hybrid_dynamics_core.kernels.run import NotStoredError, stored_only
 from ..messages.joint_samples import JointSample, Rejection
 from ..parameters import (
     BANDWIDTH,
+    FILTER_ROWS,
     MAX_GAP,
     MEASURED,
     PARTIAL_AGE,
@@ -28,7 +29,14 @@ from ..parameters import (
     NodeSettings,
     ParameterError,
 )
-from .conditions import ConditionChange, Conditions, PayloadBody, calibration_of, loads_of
+from .conditions import (
+    ConditionChange,
+    Conditions,
+    PayloadBody,
+    calibration_of,
+    kalman_of,
+    loads_of,
+)
 from .monitor import Monitor
 from .pipeline import Pipeline
 from .rehearsal import Rehearsal, rehearse
@@ -55,7 +63,9 @@ class Runtime:
         self.settings = settings
         measured = settings[MEASURED] or robot.active
         _require_names("measured", "joint", measured, robot.coordinates)
-        self.pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], measured)
+        self.pipeline = Pipeline(
+            robot, settings[BANDWIDTH], settings[MAX_GAP], measured, kalman_of(settings)
+        )
         self.evaluator = self.pipeline.evaluator
         self.monitor = Monitor(StrokeMargins(robot))
         self.lock = threading.RLock()  # the stream and calls that change something take turns
@@ -111,8 +121,9 @@ class Runtime:
         self.evaluator.loads = loads
         self.evaluator.calibrate(calibration_of(settings, self.measured))
         self.pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
-        if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
-            self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
+        if any(settings[row] != self.settings[row] for row in FILTER_ROWS):
+            kalman = kalman_of(settings)
+            self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP], kalman)
         self.conditions, self.settings, self._taken = conditions, settings, settings
 
     def is_prepared(self, conditions: Conditions) -> bool:

@@ -16,8 +16,10 @@ from hybrid_dynamics_ros.bags.batch_pipeline import BatchPipeline
 from hybrid_dynamics_ros.bags.decode import Decoder, sample_of_motion, sample_of_state
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.stream.filter import filter as filters
+from hybrid_dynamics_ros.stream.filter.kalman import KalmanFilter
 from hybrid_dynamics_ros.stream.filter.polynomial import PolynomialFilter
 from hybrid_dynamics_ros.stream.filter.recursion import run_in_python
+from hybrid_dynamics_ros.stream.filter.routes import Kalman
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.bags.messages import START, joint_state, messages_of, recorded
@@ -29,9 +31,9 @@ GOOD = {"q1": 0.1, "q12": 0.1, "q22": 0.15, "q4": 0.2, "hose": np.nan}
 MS = 10**6
 
 
-def pipeline_of(robot, measured, calibration):
-    """A pipeline under the node's defaults."""
-    pipeline = Pipeline(robot, 10.0, 0.5, measured)
+def pipeline_of(robot, measured, calibration, kalman=None):
+    """A pipeline under the node's defaults, but for the filter."""
+    pipeline = Pipeline(robot, 10.0, 0.5, measured, kalman)
     pipeline.evaluator.calibrate(calibration)
     return pipeline
 
@@ -64,10 +66,13 @@ def has_velocity(motion):
     )
 
 
-def assert_same(robot, pairs, cuts=(), measured=None, kind=JOINT_STATE, calibration=None):
+def assert_same(
+    robot, pairs, cuts=(), measured=None, kind=JOINT_STATE, calibration=None, kalman=None
+):
     """Both ways agree in every bit and every count."""
-    expected, stream = streamed(pipeline_of(robot, measured, calibration), pairs, kind)
-    motions, bulk = in_bulk(pipeline_of(robot, measured, calibration), pairs, cuts, kind)
+    one, two = (pipeline_of(robot, measured, calibration, kalman) for _ in range(2))
+    expected, stream = streamed(one, pairs, kind)
+    motions, bulk = in_bulk(two, pairs, cuts, kind)
     assert stream.counts == bulk.counts
     assert (bulk.counts.received, bulk.counts.accepted) == (len(pairs), len(expected))
     rows = [start + int(row) for start, motion in motions for row in motion.rows]
@@ -207,20 +212,49 @@ def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count)
     assert np.array_equal(has_velocity(wanted), has_velocity(found))
 
 
-@pytest.mark.parametrize("degree", [1, 2])
-@pytest.mark.parametrize("bandwidth", [1e-12, 1e-9, 0.01, 10.0, 1000.0])
-def test_the_filter_gives_the_same_bits_step_by_step_and_in_rows_in_python_and_compiled(
-    degree, bandwidth, monkeypatch
+@pytest.mark.parametrize("velocity", [True, False])
+def test_the_kalman_filter_gives_the_bits_of_the_stream(forging, velocity):
+    rng = np.random.default_rng(5)
+    stamps = START + np.cumsum(rng.integers(1, 20 * MS, 200))
+    stamps[150:] += 600 * MS
+    at = np.add([0.1, 0.1, 0.15, 0.2], np.cumsum(rng.normal(0, 1e-4, (200, 4)), axis=0))
+    pairs = []
+    for k, stamp in enumerate(stamps.tolist()):
+        rates = rng.normal(0, 0.01, 4) if velocity and k % 5 else ()
+        pairs.append((k, joint_state(stamp, ACTIVE, at[k], rates)))
+    expected = assert_same(forging, pairs, (40, 100), kalman=Kalman(15.0, 400.0))
+    assert sum(result.efforts is not None for _, result in expected) > 180
+
+
+FILTERS = [
+    *(
+        pytest.param(partial(PolynomialFilter, degree, bandwidth), 1, id=f"{degree} {bandwidth}")
+        for degree in (1, 2)
+        for bandwidth in (1e-12, 1e-9, 0.01, 10.0, 1000.0)
+    ),
+    *(
+        pytest.param(
+            partial(KalmanFilter, bandwidth, 400.0), channels, id=f"{channels} {bandwidth}"
+        )
+        for channels in (1, 2)
+        for bandwidth in (0.01, 15.0, 1000.0)
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "channels"), FILTERS)
+def test_filters_give_the_same_bits_step_by_step_and_in_rows_in_python_and_compiled(
+    make, channels, monkeypatch
 ):
     rng = np.random.default_rng(6)
     short, long = rng.integers(1, 50, 150), rng.integers(1, 20 * MS, 150)
     stamps = START + np.cumsum(np.where(np.arange(150) % 2, short, long))
-    samples = np.cumsum(rng.normal(0, 1e-3, (150, 1, 3)), axis=0)
+    samples = np.cumsum(rng.normal(0, 1e-3, (150, channels, 3)), axis=0)
     received = pickle.loads(pickle.dumps(samples))  # noqa: S301 - as another process sends them
     results = []
     for advance in (filters.advance_of, lambda steps: partial(run_in_python, steps)):
         monkeypatch.setattr(filters, "advance_of", advance)
-        filt = PolynomialFilter(degree, bandwidth, max_gap=0.5)
+        filt = make(max_gap=0.5)
         state, singly = None, []
         for stamp, sample in zip(stamps.tolist(), samples, strict=True):
             state, _ = filt.step(state, stamp, sample)

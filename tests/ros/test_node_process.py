@@ -21,6 +21,10 @@ from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
+from hybrid_dynamics_core import load
+from hybrid_dynamics_ros.bags.settings import make_pipeline
+from hybrid_dynamics_ros.messages.joint_samples import JointSample
+from hybrid_dynamics_ros.parameters import FILTER_TYPE, KALMAN, KALMAN_BANDWIDTH, NodeSettings
 from tests.export.test_names import PUBLISHED, TEXT
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
@@ -223,6 +227,33 @@ def test_the_bandwidth_parameter_reaches_the_filter(start_node, connect):
     client.wait_for("required_efforts", stamps[-1])
     with_efforts = [client.received("required_efforts", stamp) is not None for stamp in stamps]
     assert with_efforts == [k >= 21 for k in range(25)]
+
+
+def test_the_kalman_filter_gives_the_bits_that_recordings_give(start_node, connect):
+    group = "acceleration_filter"
+    node = start_node("-p", f"{group}.type:=kalman", "-p", f"{group}.kalman.bandwidth:=20.0")
+    node.wait_for(READY, 60.0)
+    client = connect()
+    settings = NodeSettings({FILTER_TYPE.name: KALMAN, KALMAN_BANDWIDTH.name: 20.0})
+    pipeline = make_pipeline(load("forging_chu2020"), settings)
+    expected = {}
+    for k in range(30):
+        t = 0.01 * k
+        position = np.add(POSITION, [0.3 * t * t, 0.02 * np.sin(4 * t), 0.01 * t**3, t])
+        velocity = np.array([0.6 * t, 0.08 * np.cos(4 * t), 0.03 * t * t, 1.0])[: 4 * (k % 3 > 0)]
+        stamp = client.new_stamp(10.0 if k == 0 else 0.01)
+        client.publish("active_joint_states", state(position, velocity), stamp)
+        rates = velocity if velocity.size else None
+        result = pipeline.process(JointSample(stamp, ACTIVE, position, rates))
+        if result.efforts is not None:
+            expected[stamp] = result.efforts
+    assert len(expected) >= 25
+    for stamp, efforts in expected.items():
+        assert np.array_equal(client.wait_for("required_efforts", stamp).effort, efforts)
+    reason = client.set_parameter("acceleration_filter.type", "polynomial")
+    assert "acceleration_filter.type" in reason
+    assert "cleanup" in reason
+    assert client.set_parameter("acceleration_filter.kalman.velocity_noise", 30.0) == ""
 
 
 def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, connect):

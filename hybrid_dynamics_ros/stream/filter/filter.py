@@ -85,6 +85,11 @@ class RateFilter(ABC):
 
     @property
     @abstractmethod
+    def lag(self) -> float:
+        """Delay of the highest derivative for slow signals and dense samples [s]."""
+
+    @property
+    @abstractmethod
     def steps(self) -> tuple[Steps, ...]:
         """The formulas for one channel, for two, and so on, as far as the filter takes them."""
 
@@ -93,10 +98,9 @@ class RateFilter(ABC):
     def constants(self) -> tuple[float, ...]:
         """The constants of the steps."""
 
-    @property
     @abstractmethod
-    def first_memory(self) -> tuple[float, ...]:
-        """The memory after one sample."""
+    def first_memory(self, channels: int) -> tuple[float, ...]:
+        """The memory after one sample of so many values a joint."""
 
     @abstractmethod
     def is_good(self, elapsed: Condition, quality: Condition) -> Condition:
@@ -168,7 +172,7 @@ class RateFilter(ABC):
         channels, n = sample.shape
         derivatives = np.zeros((self.steps[0].derivatives, n))
         derivatives[:channels] = sample
-        memory = np.array(self.first_memory)
+        memory = np.array(self.first_memory(channels))
         return FilterState(stamp_ns, stamp_ns, memory, sample.copy(), derivatives)
 
     def _advance(

@@ -238,8 +238,7 @@ class PolynomialFilter(RateFilter):
         """lambda [1/s]."""
         return (self.rate,)
 
-    @property
-    def first_memory(self) -> tuple[float, ...]:
+    def first_memory(self, channels: int) -> tuple[float, ...]:  # noqa: ARG002
         """Zeros: no interval yet."""
         return (0.0,) * 6
 

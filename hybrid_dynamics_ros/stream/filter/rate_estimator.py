@@ -1,8 +1,7 @@
 """Velocities and accelerations of the measured joints, from the fields of a JointState.
 
-Where a message has velocities, they are taken as they are, and a polynomial of degree 1 is fitted
-to them: its derivative is the acceleration. Where a message has none, a polynomial of degree 2 is
-fitted to the positions: its derivatives are velocity and acceleration.
+Where a message has velocities, they are taken as they are. Accelerations, and velocities elsewhere,
+come from filters (`routes`).
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from hybrid_dynamics_core.ground.check_arrays import all_finite
 
 from ...messages.joint_samples import RejectedError, RejectionCode
 from .filter import FilterState, StampEvent
-from .polynomial import PolynomialFilter
 from .recursion import FloatArray
+from .routes import Kalman, Route, kalman_routes, polynomial_routes
 
 Mask = NDArray[np.bool_]
 
@@ -44,8 +43,8 @@ class EstimatorState(NamedTuple):
     """State after a sample.
 
     Attributes:
-        from_velocities: whether the filter runs on velocities; else on positions.
-        filter: its state.
+        from_velocities: whether the newest sample had velocities.
+        filter: state of its filter.
     """
 
     from_velocities: bool
@@ -107,19 +106,35 @@ class RateRows:
 class MotionEstimator:
     """Estimates rates, sample by sample or many at once.
 
-    A filter on velocities and one on positions serve the two kinds of message. Where the kind
-    changes, estimation starts anew.
+    Messages with and without velocities may take turns. Where another filter serves the new kind,
+    estimation starts anew.
+
+    Attributes:
+        bandwidth: of polynomials, and of what smooths recordings [Hz].
+        max_gap: stamps further apart than this restart the estimation [s].
     """
 
-    def __init__(self, bandwidth: float, max_gap: float) -> None:
-        """Bandwidth [Hz] and largest gap [s], as in `PolynomialFilter`."""
+    def __init__(self, bandwidth: float, max_gap: float, kalman: Kalman | None = None) -> None:
+        """An estimator of polynomials, or a Kalman filter with its settings.
+
+        Raises:
+            ValueError: a number is not positive.
+        """
         self.bandwidth, self.max_gap = bandwidth, max_gap
-        self._velocity_filter = PolynomialFilter(1, bandwidth, max_gap)
-        self._position_filter = PolynomialFilter(2, bandwidth, max_gap)
+        if kalman is None:
+            self._routes = polynomial_routes(bandwidth, max_gap)
+        else:
+            self._routes = kalman_routes(kalman, max_gap)
+
+    @property
+    def takes_turns(self) -> bool:
+        """Whether samples with and without velocities go through the same filter."""
+        without, having = self._routes
+        return without.filter is having.filter
 
     def lag(self, *, measured: bool) -> float:
         """How late accelerations are [s]: from velocities that are measured, or from positions."""
-        return self._filter(measured).lag
+        return self._routes[measured].filter.lag
 
     def step(
         self,
@@ -140,18 +155,17 @@ class MotionEstimator:
             RejectedError: estimated rates are not finite.
         """
         measured = velocity is not None
-        before = _before(state, measured)
-        if velocity is None:
-            filt, samples = self._position_filter, position
-        else:
-            filt, samples = self._velocity_filter, velocity
-        after, event = filt.step(before, stamp_ns, samples[None])
-        if not all_finite(after.derivatives):
+        route, before = self._route(state, measured)
+        samples = route.samples(position, velocity)
+        after, event = route.filter.step(before, stamp_ns, samples)
+        derivatives = after.derivatives
+        if not all_finite(derivatives):
             raise _overflow()
-        ready = filt.ready(after)
-        if velocity is None and ready:
-            velocity = after.derivatives[1]
-        acceleration = after.derivatives[filt.degree] if ready else None
+        acceleration = None
+        if route.filter.ready(after):
+            acceleration = derivatives[route.acceleration]
+            if velocity is None:
+                velocity = derivatives[1]
         return EstimatorState(measured, after), Estimate(velocity, acceleration, event)
 
     def run(
@@ -199,29 +213,31 @@ class MotionEstimator:
             position: (k, n) of the run [rad or m].
         """
         measured = bool(rates.has_velocity[rows.start])
-        filt, before = self._filter(measured), _before(rates.state, measured)
-        samples = rates.velocity[rows] if measured else position
-        derivatives, ready, events, after = filt.run(before, stamps, samples[:, None])
+        route, before = self._route(rates.state, measured)
+        samples = route.samples(position, rates.velocity[rows])
+        derivatives, ready, events, after = route.filter.run(before, stamps, samples)
         if not np.isfinite(derivatives).all():
             raise _overflow()
         is_ready = ready[:, None]
         if not measured:
             rates.velocity[rows] = np.where(is_ready, derivatives[:, 1], 0.0)
             rates.has_velocity[rows] = ready
-        rates.acceleration[rows] = np.where(is_ready, derivatives[:, filt.degree], np.nan)
+        rates.acceleration[rows] = np.where(is_ready, derivatives[:, route.acceleration], np.nan)
         rates.has_acceleration[rows] = ready
         rates.events += events
         rates.state = EstimatorState(measured, after)
 
-    def _filter(self, measured: bool) -> PolynomialFilter:
-        return self._velocity_filter if measured else self._position_filter
+    def _route(
+        self, state: EstimatorState | None, measured: bool
+    ) -> tuple[Route, FilterState | None]:
+        """Where samples of a kind go, and the state that their filter goes on from.
 
-
-def _before(state: EstimatorState | None, measured: bool) -> FilterState | None:
-    """State of the filter for samples of a kind; None where the samples before were no such."""
-    if state is None or state.from_velocities != measured:
-        return None
-    return state.filter
+        That is None where another filter took the samples before.
+        """
+        route = self._routes[measured]
+        if state is None or self._routes[state.from_velocities].filter is not route.filter:
+            return route, None
+        return route, state.filter
 
 
 def _overflow() -> RejectedError:
