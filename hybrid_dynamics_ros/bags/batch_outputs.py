@@ -8,7 +8,7 @@ from typing import Final
 
 from hybrid_dynamics_core import Robot
 
-from ..parameters import TF_RATE, NodeSettings
+from ..parameters import NodeSettings
 from ..stream.rate_limit import RateLimit
 from ..stream.topics import OutputTopic, topics_of
 from .batch_pipeline import BatchResult
@@ -42,7 +42,7 @@ class BagOutput:
 def outputs_of(robot: Robot, settings: NodeSettings) -> list[BagOutput]:
     """All topics of the node for one robot."""
     outputs = []
-    for topic in topics_of(robot, settings[TF_RATE]):
+    for topic in topics_of(robot, settings):
         name = topic.name if topic.name.startswith("/") else f"{NODE}/{topic.name}"
         outputs.append(BagOutput(name, topic, settings[topic.rate]))
     return outputs

@@ -34,6 +34,7 @@ from ..parameters import (
     Parameter,
     ParameterError,
 )
+from ..stream.frames import frame_names
 from ..stream.monitor import Level, StatusEntry
 from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
@@ -44,6 +45,7 @@ from .diagnostics import diagnostic_array
 from .event_free import EventFreeNode
 from .service_server import ServiceServer
 from .subscriptions import Stream
+from .target_frames import target_frames
 
 NODE_NAME: Final = "hybrid_dynamics"
 UNCONFIGURED: Final = "stays unconfigured"  # begins the log line that says why
@@ -108,6 +110,8 @@ class HybridDynamicsNode(EventFreeNode):
             self.settings = self.settings.replaced(sensors)
             runtime = Runtime(robot, self.settings)
             self._stream = Stream(self, runtime, self._log)
+            names = frame_names(robot, self.settings)
+            targets = target_frames(self, names, self.settings)
         except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
             return self._fail(one_line(error))
         except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
@@ -116,7 +120,7 @@ class HybridDynamicsNode(EventFreeNode):
         # What a robot is made of stays: a collection through all of it would hold up the stream.
         gc.collect()
         gc.freeze()
-        self._calls.open(runtime)
+        self._calls.open(runtime, targets)
         self._description.publish(String(data=to_urdf(robot.description)))
         self.get_logger().info(f"robot {robot.name}: active joints {', '.join(robot.active)}")
         if runtime.measured != robot.active:

@@ -28,6 +28,7 @@ from ..services.worker_pool import ServiceCall, WorkerPool
 from ..stream.conditions import ConditionChange, NewMode
 from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
+from .target_frames import TargetFrames
 
 # The usual ten that wait would let calls of a flood vanish unanswered.
 _REQUESTS: Final = QoSProfile(depth=1000)
@@ -94,6 +95,7 @@ class ServiceServer:
         self._runtime: Runtime | None = None
         self._workers: WorkerPool | None = None
         self._code: CodeMaker | None = None
+        self._targets: TargetFrames | None = None
         # One thread: changes come one after the other.
         self._changer: ThreadPoolExecutor | None = None
         self.active = False
@@ -104,8 +106,14 @@ class ServiceServer:
         self._converted = node.create_publisher(JointTrajectory, "~/active_joint_trajectory", 10)
         node.create_subscription(JointTrajectory, "~/joint_trajectory", self._on_trajectory, 10)
 
-    def open(self, runtime: Runtime) -> None:
-        """Answer for this robot from now on."""
+    def open(self, runtime: Runtime, targets: TargetFrames | None = None) -> None:
+        """Answer for this robot from now on.
+
+        Args:
+            runtime: the robot.
+            targets: brings targets into the base frame; None where they have to be in it.
+        """
+        self._targets = targets
         self._workers = WorkerPool(runtime.robot.description)
         self._code = CodeMaker(runtime.robot.description)
         runtime.make_code = self._code.make
@@ -121,7 +129,9 @@ class ServiceServer:
             self._code.close()
         if self._workers is not None:
             self._workers.close()
-        self._workers = self._changer = self._code = None
+        if self._targets is not None:
+            self._targets.destroy()
+        self._workers = self._changer = self._code = self._targets = None
 
     @property
     def runtime(self) -> Runtime | None:
@@ -159,6 +169,10 @@ class ServiceServer:
         runtime, workers, changer = self._runtime, self._workers, self._changer
         if runtime is None or workers is None or changer is None:
             self._give(service, refused(response, _UNREADY), give)
+            return
+        problem = None if self._targets is None else self._targets.bring(request)
+        if problem is not None:
+            self._give(service, refused(response, problem), give)
             return
 
         def done(answered: Any, change: ConditionChange | None) -> None:

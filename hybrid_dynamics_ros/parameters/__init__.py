@@ -17,6 +17,7 @@ from .diagnostics import (
     STROKE_ERROR,
     STROKE_WARN,
 )
+from .frames import BASE_FRAME, FRAME_PREFIX, TF_TARGETS
 from .inputs import (
     BANDWIDTH,
     FILTER_ROWS,
@@ -54,11 +55,13 @@ from .table import ROS_NAMES, TABLE
 __all__ = [
     "AUTOSTART",
     "BANDWIDTH",
+    "BASE_FRAME",
     "BEST_EFFORT",
     "DIAGNOSTICS_PERIOD",
     "EFFORT_TOLERANCE",
     "FILTER_ROWS",
     "FILTER_TYPE",
+    "FRAME_PREFIX",
     "GRAVITY",
     "INPUT_DEPTH",
     "INPUT_QOS",
@@ -95,6 +98,7 @@ __all__ = [
     "STROKE_WARN",
     "TABLE",
     "TF_RATE",
+    "TF_TARGETS",
     "TIMEOUT",
     "TOPIC_RATES",
     "VELOCITY_NOISE",

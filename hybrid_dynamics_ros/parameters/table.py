@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-from . import diagnostics, inputs, outputs, robot, services
+from . import diagnostics, frames, inputs, outputs, robot, services
 from .row import Parameter
 
 TABLE: Final[tuple[Parameter[Any], ...]] = (
     *robot.ROWS,
     *inputs.ROWS,
     *outputs.ROWS,
+    *frames.ROWS,
     *services.ROWS,
     *diagnostics.ROWS,
 )

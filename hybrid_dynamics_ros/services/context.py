@@ -18,6 +18,7 @@ from ..messages.joint_samples import (
     active_order,
 )
 from ..stream.conditions import loads_of
+from ..stream.frames import FrameNames, frame_names
 from ..stream.situation import Situation
 
 
@@ -32,6 +33,11 @@ class ServiceContext:
     def loads(self) -> Loads:
         """Everything that acts on the robot now."""
         return loads_of(self.robot, self.situation.conditions)
+
+    @property
+    def frames(self) -> FrameNames:
+        """What frames are called in messages."""
+        return frame_names(self.robot, self.situation.settings)
 
     @property
     def mode(self) -> ClosedState | None:

@@ -27,6 +27,7 @@ from ..messages.joint_samples import (
     RejectionCode,
     resting_besides,
 )
+from ..parameters import TF_TARGETS
 from ..stream.stroke_margins import StrokeMargins
 from .context import ServiceContext, require_finite
 
@@ -50,7 +51,7 @@ def solve_fk(context: ServiceContext, request: SolveFK.Request, response: SolveF
     velocity = None if motion.velocity is None else state.ds
     require_finite(state.s, velocity, *(pose.position for pose in poses))
 
-    header = Header(stamp=given.header.stamp, frame_id=robot.base_frame)
+    header = Header(stamp=given.header.stamp, frame_id=context.frames.base)
     response.joint_state = conversions.joint_state(header, robot.coordinates, state.s, velocity)
     response.poses = [_pose_message(header, pose) for pose in poses]
     response.residual = float(np.max(state.residual))
@@ -66,7 +67,7 @@ def solve_ik(context: ServiceContext, request: SolveIK.Request, response: SolveI
     Beside an error of the search the response has the nearest ones.
     """
     robot = context.robot
-    header = Header(stamp=request.target.header.stamp, frame_id=robot.base_frame)
+    header = Header(stamp=request.target.header.stamp, frame_id=context.frames.base)
     result = _solution(context, request)
     state = result.state
     if state is not None and np.isfinite(state.s).all():
@@ -90,7 +91,7 @@ def _solution(context: ServiceContext, request: SolveIK.Request) -> IKResult:
     robot = context.robot
     mask = list(request.mask) or None
     position_only = request.position_only or (mask is not None and not any(mask[3:]))
-    target = target_of(robot, request.target, position_only=position_only)
+    target = target_of(context, request.target, position_only=position_only)
     seed = None
     if request.seed.name or request.seed.position:
         seed = context.active_motion(request.seed).position
@@ -158,15 +159,20 @@ def closed_state_message(robot: Robot, state: ClosedState, stamp: Time) -> Close
     return message
 
 
-def target_of(robot: Robot, target: PoseStamped, *, position_only: bool) -> FloatArray | Pose:
+def target_of(
+    context: ServiceContext, target: PoseStamped, *, position_only: bool
+) -> FloatArray | Pose:
     """A target in the base frame, as the robot takes it.
 
     Raises:
         RejectedError: it is in another frame.
     """
-    frame = target.header.frame_id
-    if frame not in ("", robot.base_frame):
-        text = f"target is in frame '{frame}', expected '{robot.base_frame}' or none"
+    frame, base = target.header.frame_id, context.frames.base
+    if frame not in ("", base):
+        text = (
+            f"target is in frame '{frame}', expected '{base}' or none; other frames of /tf need the"
+            f" parameter {TF_TARGETS.name}"
+        )
         raise RejectedError(RejectionCode.BAD_REQUEST, text)
     position, quaternion = conversions.pose_arrays(target.pose)
     return position if position_only else Pose.from_quaternion(position, quaternion)

@@ -130,7 +130,7 @@ def describe_robot(
     robot = context.robot
     lower, upper = joint_limits(robot)
     response.name = robot.name
-    response.base_frame = robot.base_frame
+    response.base_frame = context.frames.base
     response.end_effector = robot.end_effector
     response.joints = list(robot.coordinates)
     response.types = [str(robot.joint_types[name]) for name in robot.coordinates]

@@ -184,11 +184,11 @@ def _sample(names: Sequence[str], point: JointTrajectoryPoint) -> JointSample:
 def _search(
     context: ServiceContext, request: ConvertTrajectory.Request, start: FloatArray
 ) -> PathSearch:
-    robot, path, position_only = context.robot, request.path, request.position_only
+    path, position_only = request.path, request.position_only
     stamps = np.array([conversions.stamp_to_ns(pose.header.stamp) for pose in path])
     time = (stamps - stamps[0]) * 1e-9
     require_times(time)
-    targets = [target_of(robot, pose, position_only=position_only) for pose in path]
+    targets = [target_of(context, pose, position_only=position_only) for pose in path]
     return PathSearch(time, targets, start, context.mode)
 
 

@@ -16,7 +16,7 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from ..messages.joint_samples import FloatArray, OrderedMotion, RejectedError
-from ..parameters import BANDWIDTH, MAX_GAP
+from ..parameters import BANDWIDTH, MAX_GAP, TF_RATE, NodeSettings
 from .conditions import Conditions, loads_of
 from .evaluator import MotionEvaluator
 from .topics import topics_of
@@ -54,7 +54,7 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
     evaluator.loads = loads
     if conditions.mode is not None:
         evaluator.set_mode(conditions.mode)
-    topics = topics_of(robot, tf_rate=0.0)
+    topics = topics_of(robot, NodeSettings({TF_RATE.name: 0.0}))
     position = _start(robot, rehearsal)
     for k, motion in enumerate(_motions(position)):
         # What the model refuses is rehearsed too.

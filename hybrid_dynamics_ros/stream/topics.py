@@ -23,7 +23,8 @@ from ..messages.interfaces import JOINT_STATE
 from ..messages.joint_samples import FloatArray
 from ..messages.joint_state_layout import joint_state_template
 from ..messages.link_transforms import LinkTransforms
-from ..parameters import TF_RATE, TOPIC_RATES, Parameter
+from ..parameters import TF_RATE, TOPIC_RATES, NodeSettings, Parameter
+from .frames import FrameNames, frame_names
 from .results import MotionResult
 from .stroke_margins import StrokeMargins
 
@@ -188,8 +189,8 @@ class EndEffectorPose(OutputTopic):
 
     name, kind = "end_effector_pose", "geometry_msgs/msg/PoseStamped"
 
-    def __init__(self, robot: Robot) -> None:
-        template = MessageTemplate().header(robot.base_frame)
+    def __init__(self, names: FrameNames) -> None:
+        template = MessageTemplate().header(names.base)
         self._template = template.slot("position", "<f8", 3).slot("quaternion", "<f8", 4)
 
     def message(self, result: MotionResult) -> Message:
@@ -205,9 +206,9 @@ class EndEffectorTwist(OutputTopic):
 
     name, kind = "end_effector_twist", "geometry_msgs/msg/TwistStamped"
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, names: FrameNames) -> None:
         self._robot = robot
-        self._template = MessageTemplate().header(robot.base_frame).slot("twist", "<f8", 6)
+        self._template = MessageTemplate().header(names.base).slot("twist", "<f8", 6)
 
     def message(self, result: MotionResult) -> Message | None:
         """Linear and angular velocity."""
@@ -223,8 +224,8 @@ class LoopReactions(OutputTopic):
 
     name, kind = "loop_reactions", "hybrid_dynamics_msgs/msg/LoopReactions"
 
-    def __init__(self, robot: Robot) -> None:
-        self._robot = robot
+    def __init__(self, robot: Robot, names: FrameNames) -> None:
+        self._robot, self._base = robot, names.base
         self._template: MessageTemplate | None = None
 
     def message(self, result: MotionResult) -> Message | None:
@@ -244,7 +245,7 @@ class LoopReactions(OutputTopic):
 
     def _layout(self, pins: Mapping[str, PinReaction]) -> MessageTemplate:
         count = len(pins)
-        template = MessageTemplate().header(self._robot.base_frame).strings(list(pins))
+        template = MessageTemplate().header(self._base).strings(list(pins))
         for end in (0, 1):
             template.strings([pin.links[end] for pin in pins.values()])
         template.length(count).slot("places", "<f8", 3 * count)
@@ -288,12 +289,12 @@ class Transforms(OutputTopic):
 
     name, kind = "/tf", "tf2_msgs/msg/TFMessage"
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, names: FrameNames) -> None:
         self._transforms = LinkTransforms(robot)
         template = MessageTemplate().length(len(robot.coordinates))
         for k, name in enumerate(robot.coordinates):
             joint = robot.description.joints[name]
-            template.header(joint.parent).string(joint.child)
+            template.header(names.of(joint.parent)).string(names.of(joint.child))
             template.slot(f"translation {k}", "<f8", 3).slot(f"quaternion {k}", "<f8", 4)
         self._template = template
 
@@ -318,9 +319,18 @@ TOPICS: Final = (
 )
 
 
-def topics_of(robot: Robot, tf_rate: float) -> list[OutputTopic]:
+def topics_of(robot: Robot, settings: NodeSettings) -> list[OutputTopic]:
     """All topics for a robot; transforms among them where their rate is not below zero."""
-    topics: list[OutputTopic] = [topic(robot) for topic in TOPICS]
-    if tf_rate >= 0.0:
-        topics.append(Transforms(robot))
+    names = frame_names(robot, settings)
+    topics: list[OutputTopic] = [
+        JointStates(robot),
+        RequiredEfforts(robot),
+        ClosedStates(robot),
+        EndEffectorPose(names),
+        EndEffectorTwist(robot, names),
+        LoopReactions(robot, names),
+        CylinderStates(robot),
+    ]
+    if settings[TF_RATE] >= 0.0:
+        topics.append(Transforms(robot, names))
     return topics

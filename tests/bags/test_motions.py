@@ -24,7 +24,7 @@ from hybrid_dynamics_ros.messages.joint_samples import Calibration
 from hybrid_dynamics_ros.parameters import NodeSettings
 from hybrid_dynamics_ros.stream.pipeline import MotionResult, Pipeline
 from hybrid_dynamics_ros.stream.rate_limit import RateLimit
-from hybrid_dynamics_ros.stream.topics import TOPICS
+from hybrid_dynamics_ros.stream.topics import topics_of
 from tests.bags.messages import START, bag, joint_motion, messages_of, recorded, recorded_motions
 from tests.bags.test_outputs import plain, written
 from tests.bags.test_stream import ACTIVE, GOOD, MS, NAMES, assert_same
@@ -127,7 +127,7 @@ def test_a_bag_of_motions_has_what_the_node_would_have_published(name, tmp_path)
     assert outcome.summary == "30 received, 30 accepted, 30 with efforts"
     found = written(tmp_path / "out")
     pipeline, defaults = Pipeline(robot, 10.0, 0.5), NodeSettings()
-    topics = [(topic(robot), RateLimit()) for topic in TOPICS]
+    topics = [(topic, RateLimit()) for topic in topics_of(robot, NodeSettings())]
     for log_ns, data in pairs:
         told = typestore().deserialize_cdr(data, JOINT_MOTION)
         message = JointMotion(name=told.name)

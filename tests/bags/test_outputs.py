@@ -19,10 +19,11 @@ from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.process import DESCRIPTION, process
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.parameters import TF_RATE, NodeSettings
+from hybrid_dynamics_ros.stream.frames import frame_names
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.rate_limit import RateLimit
 from hybrid_dynamics_ros.stream.results import MotionResult
-from hybrid_dynamics_ros.stream.topics import TOPICS, Transforms
+from hybrid_dynamics_ros.stream.topics import Transforms, topics_of
 from tests.bags.messages import bag, recorded
 from tests.sampling import SAMPLE, swept
 
@@ -99,7 +100,7 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
     found = written(tmp_path / "out")
     del found[INPUT]
     pipeline, settings = Pipeline(robot, 10.0, 0.5), NodeSettings()
-    topics = [(topic(robot), RateLimit()) for topic in TOPICS]
+    topics = [(topic, RateLimit()) for topic in topics_of(robot, NodeSettings())]
     for log_ns, data in pairs:
         told = typestore().deserialize_cdr(data, JOINT_STATE)
         message = JointState(
@@ -137,7 +138,10 @@ def test_transforms_are_written_where_they_are_asked_for(name, tmp_path):
     settings = NodeSettings({TF_RATE.name: 0.0})
     process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", name, settings=settings))
     found = by_rosbags(tmp_path / "out")["/tf", "tf2_msgs/msg/TFMessage"]
-    pipeline, fill = Pipeline(robot, 10.0, 0.5), Transforms(robot).fill
+    pipeline, fill = (
+        Pipeline(robot, 10.0, 0.5),
+        Transforms(robot, frame_names(robot, NodeSettings())).fill,
+    )
     for (log_ns, data), (there_log, there) in zip(pairs, found, strict=True):
         told = typestore().deserialize_cdr(data, JOINT_STATE)
         message = JointState(

@@ -3,21 +3,28 @@
 Faults that no message from outside can provoke.
 """
 
+import math
 import sys
 import time
 from pathlib import Path
+from queue import SimpleQueue
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 import rclpy
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
-from hybrid_dynamics_msgs.srv import DescribeRobot
+from hybrid_dynamics_msgs.srv import DescribeRobot, SolveIK
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 from hybrid_dynamics_core.errors import InputError
+from hybrid_dynamics_ros.messages import conversions
 from hybrid_dynamics_ros.messages.joint_samples import RejectionCode
 from hybrid_dynamics_ros.node.lifecycle import HybridDynamicsNode
 from hybrid_dynamics_ros.services.table import TABLE
@@ -213,10 +220,69 @@ def test_a_configure_that_fails_leaves_no_topics(ros_node, monkeypatch):
     assert configured() == (True, False)
 
 
+# a frame beside the robot, turned by a quarter about z: its x is y of the base
+CAMERA = Transform(
+    translation=Vector3(x=0.5, y=-0.2, z=0.1),
+    rotation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5)),
+)
+
+
+def fake_tf2(monkeypatch):
+    """tf2_ros as its documentation has it, with one transform: it is not on PyPI."""
+
+    class Buffer:
+        def lookup_transform(self, target, source, _time):
+            if (target, source) != ("left/base", "camera"):
+                raise LookupError(f'"{source}" passed to lookupTransform does not exist')
+            return TransformStamped(transform=CAMERA)
+
+    class TransformListener:
+        def __init__(self, *_buffer_and_node):
+            self.unregister = lambda: None
+
+    module = SimpleNamespace(Buffer=Buffer, TransformListener=TransformListener)
+    monkeypatch.setitem(sys.modules, "tf2_ros", module)
+
+
+def test_targets_in_any_frame_of_tf_are_brought_into_the_base_frame(ros_node, monkeypatch, robot):
+    fake_tf2(monkeypatch)
+    given = {"tf_targets": True, "frame_prefix": "left/"}
+    for name, value in given.items():
+        assert ros_node.set_parameters([Parameter(name, value=value)])[0].successful
+    assert ros_node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+    pose = robot.forward_kinematics(robot.close(robot.reference))
+    x, y, z = pose.position - [0.5, -0.2, 0.1]
+    turned = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) @ pose.rotation
+    target = conversions.pose_stamped(Header(frame_id="camera"), np.array([y, -x, z]), turned)
+    server = next(entry for entry in ros_node.services if entry.srv_name.endswith("solve_ik"))
+    answers = SimpleQueue()
+    request = SolveIK.Request(target=target)
+    server.callback(request, SolveIK.Response()).send_to(answers.put)
+    answer = answers.get(timeout=60.0)
+    assert answer.error_code == ErrorCode.OK, answer.error_text
+    assert answer.solution.header.frame_id == "left/base"
+    told = robot.forward_kinematics(robot.close(answer.solution.position[:4]))
+    np.testing.assert_allclose(told.position, pose.position, atol=1e-6)
+    np.testing.assert_allclose(told.rotation, pose.rotation, atol=1e-6)
+    request.target.header.frame_id = "moon"
+    server.callback(request, SolveIK.Response()).send_to(answers.put)
+    answer = answers.get(timeout=60.0)
+    assert answer.error_code == ErrorCode.BAD_INPUT
+    assert "moon" in answer.error_text
+
+
+def test_targets_of_tf_need_its_package_and_say_so(ros_node, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tf2_ros", None)
+    assert ros_node.set_parameters([Parameter("tf_targets", value=True)])[0].successful
+    assert ros_node.trigger_configure() == TransitionCallbackReturn.FAILURE
+    assert "tf2_ros is not installed" in ros_node._failure
+    assert ros_node.set_parameters([Parameter("tf_targets", value=False)])[0].successful
+
+
 POLICY = ElementTree.parse(
     Path(__file__).resolve().parents[2] / "security" / "hybrid_dynamics.policy.xml"
 )
-OPTIONAL = {"/clock", "/tf"}  # by use_sim_time and rates.tf
+OPTIONAL = {"/clock", "/tf", "/tf_static"}  # by use_sim_time, rates.tf and tf_targets
 
 
 def allowed(kind, right):

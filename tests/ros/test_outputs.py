@@ -17,6 +17,8 @@ from hybrid_dynamics_ros.messages.joint_samples import JointSample
 from hybrid_dynamics_ros.messages.joint_state_layout import joint_state_template
 from hybrid_dynamics_ros.node.publishers import message_class
 from hybrid_dynamics_ros.parameters import (
+    BASE_FRAME,
+    FRAME_PREFIX,
     LEAST_RATE,
     STROKE_WARN,
     TF_RATE,
@@ -34,6 +36,7 @@ from hybrid_dynamics_ros.stream.topics import (
     JointStates,
     RequiredEfforts,
     Transforms,
+    topics_of,
 )
 from tests.sampling import swept
 
@@ -54,7 +57,7 @@ def result_of(robot, velocity=0.01):
 def test_transforms_put_every_link_where_forward_kinematics_does(name):
     robot = load(name)
     _, result = result_of(robot)
-    message = typestore().deserialize_cdr(Transforms(robot).fill(result), "tf2_msgs/msg/TFMessage")
+    message = sent(topics_of(robot, NodeSettings({TF_RATE.name: 0.0}))[-1], result)
     poses = {robot.base_frame: np.eye(4)}
     transforms = {t.child_frame_id: t for t in message.transforms}
     while set(transforms) - set(poses):
@@ -73,6 +76,34 @@ def test_transforms_put_every_link_where_forward_kinematics_does(name):
         np.testing.assert_allclose(
             poses[link], robot.forward_kinematics(result.state, link).matrix, atol=1e-12
         )
+
+
+def sent(topic, result):
+    return typestore().deserialize_cdr(topic.fill(result), topic.kind)
+
+
+def test_two_robots_on_one_tf_share_the_base_alone():
+    """A prefix and a base: the same numbers under other names."""
+    robot = load("forging_chu2020")
+    _, result = result_of(robot)
+    trees, plain = [], topics_of(robot, NodeSettings({TF_RATE.name: 0.0}))
+    for prefix in ("left/", "right/"):
+        names = {FRAME_PREFIX.name: prefix, BASE_FRAME.name: "world", TF_RATE.name: 0.0}
+        topics = topics_of(robot, NodeSettings(names))
+        for topic, other in zip(topics, plain, strict=True):
+            if other.fill(result) is None:
+                continue
+            message, unnamed = sent(topic, result), sent(other, result)
+            if hasattr(unnamed, "header") and unnamed.header.frame_id:
+                assert message.header.frame_id == "world"
+        children = {}
+        for transform, other in zip(message.transforms, unnamed.transforms, strict=True):
+            assert transform.child_frame_id == f"{prefix}{other.child_frame_id}"
+            assert transform.transform == other.transform
+            children[transform.child_frame_id] = transform.header.frame_id
+        assert set(children.values()) <= {"world", *children}
+        trees.append(children)
+    assert not set(trees[0]) & set(trees[1])
 
 
 def test_tf_without_its_package_is_refused_with_what_to_do():

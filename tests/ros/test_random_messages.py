@@ -16,9 +16,10 @@ from std_msgs.msg import Header
 from hybrid_dynamics_ros.messages import conversions
 from hybrid_dynamics_ros.messages.joint_samples import Rejection
 from hybrid_dynamics_ros.node.publishers import message_class
+from hybrid_dynamics_ros.parameters import NodeSettings
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
-from hybrid_dynamics_ros.stream.topics import TOPICS, LoopReactions
+from hybrid_dynamics_ros.stream.topics import LoopReactions, topics_of
 from tests.sampling import examples
 
 ACTIVE = ("q1", "q12", "q22", "q4")
@@ -90,8 +91,9 @@ def numbers(message):
 
 @pytest.fixture(scope="module")
 def fillers(robot):
-    table = [topic for topic in TOPICS if topic is not LoopReactions]  # NaN is an answer there
-    return [(message_class(topic.kind), topic(robot).fill) for topic in table]
+    topics = topics_of(robot, NodeSettings())
+    table = [topic for topic in topics if not isinstance(topic, LoopReactions)]  # NaN is an answer
+    return [(message_class(topic.kind), topic.fill) for topic in table]
 
 
 @examples(ROUNDS)

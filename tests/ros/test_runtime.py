@@ -145,7 +145,7 @@ def test_under_prepared_conditions_no_sample_waits_for_code(name, data):
     runtime = Runtime(robot, NodeSettings())
     conditions = data.draw(changes(robot))
     runtime.prepare(conditions)
-    topics = topics_of(robot, 0.0)
+    topics = topics_of(robot, NodeSettings())
     with no_code_is_loaded():
         runtime.evaluator.loads = loads_of(robot, conditions)
         runtime.evaluator.set_mode(conditions.mode)

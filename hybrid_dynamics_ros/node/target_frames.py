@@ -1,0 +1,102 @@
+"""Targets in any frame of /tf: brought into the base frame before they are worked on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from hybrid_dynamics_msgs.srv import ConvertTrajectory, SolveIK
+from rclpy.node import Node
+from rclpy.time import Time
+
+from ..messages import conversions
+from ..messages.joint_samples import FloatArray, Rejection, RejectionCode
+from ..parameters import TF_TARGETS, NodeSettings, ParameterError
+from ..stream.frames import FrameNames
+
+
+class TargetFrames:
+    """Listens to /tf while it lives.
+
+    Raises:
+        ParameterError: tf2_ros is not installed.
+    """
+
+    def __init__(self, node: Node, names: FrameNames) -> None:
+        try:
+            tf2 = import_module("tf2_ros")
+        except ImportError as error:
+            text = (
+                f"parameter {TF_TARGETS.name}: tf2_ros is not installed: sudo apt install"
+                " ros-jazzy-tf2-ros-py, or set it to false"
+            )
+            raise ParameterError(text) from error
+        self._base = names.base
+        self._buffer = tf2.Buffer()
+        self._listener = tf2.TransformListener(self._buffer, node)
+
+    def destroy(self) -> None:
+        """Listen no more."""
+        self._listener.unregister()
+
+    def bring(self, request: Any) -> Rejection | None:
+        """Write the targets of a request in the base frame; why not, where that fails."""
+        for target, when in _targets(request):
+            frame = target.header.frame_id
+            if frame in ("", self._base):
+                continue
+            try:
+                found = self._buffer.lookup_transform(self._base, frame, when)
+            except Exception as error:  # noqa: BLE001 - tf2 has a family of them
+                text = f"target is in frame '{frame}': {error}"
+                return Rejection(RejectionCode.BAD_REQUEST, text)
+            _move(target, found.transform)
+            target.header.frame_id = self._base
+        return None
+
+
+def target_frames(node: Node, names: FrameNames, settings: NodeSettings) -> TargetFrames | None:
+    """What the parameters ask for.
+
+    Raises:
+        ParameterError: tf2_ros is asked for, and not installed.
+    """
+    return TargetFrames(node, names) if settings[TF_TARGETS] else None
+
+
+def _targets(request: Any) -> Iterator[tuple[PoseStamped, Time]]:
+    """Poses of a request, and when their frames are asked for; the newest time is zero."""
+    if isinstance(request, SolveIK.Request):
+        yield request.target, Time.from_msg(request.target.header.stamp)
+    if isinstance(request, ConvertTrajectory.Request):
+        for pose in request.path:  # its stamps are times along the path
+            yield pose, Time()
+
+
+def _move(target: PoseStamped, transform: Any) -> None:
+    """Write a pose in the frame that a transform leads to."""
+    position, quaternion = conversions.pose_arrays(target.pose)
+    shift, turn = transform.translation, transform.rotation
+    turning = np.array([turn.x, turn.y, turn.z, turn.w])
+    point = target.pose.position
+    moved = _turned(turning, position) + np.array([shift.x, shift.y, shift.z])
+    point.x, point.y, point.z = moved.tolist()
+    orientation = target.pose.orientation
+    product = _product(turning, quaternion).tolist()
+    orientation.x, orientation.y, orientation.z, orientation.w = product
+
+
+def _turned(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
+    """A vector (3,) turned by a unit quaternion x y z w."""
+    axis, w = quaternion[:3], quaternion[3]
+    across = 2.0 * np.cross(axis, vector)
+    return np.asarray(vector + w * across + np.cross(axis, across))
+
+
+def _product(one: FloatArray, other: FloatArray) -> FloatArray:
+    """The rotation `one` after `other`, as quaternions x y z w."""
+    vector = one[3] * other[:3] + other[3] * one[:3] + np.cross(one[:3], other[:3])
+    return np.append(vector, one[3] * other[3] - one[:3] @ other[:3])

@@ -1,0 +1,34 @@
+"""What the frames of a robot are called in messages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hybrid_dynamics_core import Robot
+
+from ..parameters import BASE_FRAME, FRAME_PREFIX, NodeSettings
+
+
+@dataclass(frozen=True)
+class FrameNames:
+    """Names for messages, by the names of the robot file.
+
+    Attributes:
+        link: base link of the robot.
+        base: what it is called.
+        prefix: begins the names of all other frames.
+    """
+
+    link: str
+    base: str
+    prefix: str = ""
+
+    def of(self, frame: str) -> str:
+        """The name of a frame or link."""
+        return self.base if frame == self.link else f"{self.prefix}{frame}"
+
+
+def frame_names(robot: Robot, settings: NodeSettings) -> FrameNames:
+    """The names that the parameters give."""
+    prefix, link = settings[FRAME_PREFIX], robot.base_frame
+    return FrameNames(link, settings[BASE_FRAME] or f"{prefix}{link}", prefix)
