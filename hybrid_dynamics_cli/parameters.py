@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
 import click
@@ -26,6 +26,7 @@ from hybrid_dynamics_core.ground.wording import counted
 from hybrid_dynamics_core.library import load_undecided
 
 from .quantities import coordinate_units, value_of
+from .robot_options import with_options, with_robot_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -34,6 +35,15 @@ class RobotType(click.ParamType):  # type: ignore[type-arg]
     """A shipped robot's name, or the path of a description file."""
 
     name = "robot"
+
+    def convert(
+        self,
+        value: str,
+        param: click.Parameter | None,  # noqa: ARG002
+        ctx: click.Context | None,
+    ) -> str:
+        """The name, with the options of the call that say how its file is read."""
+        return with_options(value, ctx)
 
     def shell_complete(
         self,
@@ -48,7 +58,7 @@ class RobotType(click.ParamType):  # type: ignore[type-arg]
 
 COORDINATES = "0,0.1,30*deg or by name, q12=0.1,q4=pi/2"  # how vectors of them are written
 EFFORTS = "0,5000,2000,0 or by name, q12=5000"  # the same
-robot_argument = click.argument("robot", type=RobotType(), metavar="ROBOT")
+robot_argument = with_robot_options(click.argument("robot", type=RobotType(), metavar="ROBOT"))
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs.")
 
 
@@ -119,7 +129,7 @@ def loaded(robot: str, strict: bool = False) -> Robot:
         click.ClickException: the file cannot be read, or leaves assembly modes open.
         HybridDynamicsError: from `load`.
     """
-    with _readable(robot):
+    with _readable(robot), _file_options():
         try:
             return load(robot, strict=strict)
         except UndecidedModeError as error:
@@ -134,7 +144,7 @@ def loaded_undecided(robot: str, strict: bool = False) -> tuple[Robot, list[str]
         click.ClickException: the file cannot be read.
         HybridDynamicsError: from `load_undecided`.
     """
-    with _readable(robot):
+    with _readable(robot), _file_options():
         machine, undecided = load_undecided(robot, strict=strict)
     return machine, [str(error) for error in undecided]
 
@@ -336,3 +346,8 @@ def options(*names: str, **others: str) -> Iterator[None]:
         if name in renamed:
             raise InputError(f"--{renamed[name]}{colon}{problem}") from error
         raise
+
+
+def _file_options() -> AbstractContextManager[None]:
+    """Make options of the arguments of `load`."""
+    return options(parameters="set", xacro_args="xacro-arg", search_path="search-path")

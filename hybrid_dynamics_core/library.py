@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
+from .description.file_options import (
+    FileOptions,
+    Parameter,
+    PathText,
+    RobotFile,
+    file_options,
+    options_of,
+)
 from .description.model import RobotDescription
 from .errors import DescriptionError, InputError, UndecidedModeError
 from .formats.reader import parse_description, read_description
@@ -23,30 +32,43 @@ def shipped_robots() -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
-def load(robot: str | os.PathLike[str], strict: bool = False) -> Robot:
+def load(
+    robot: PathText,
+    strict: bool = False,
+    *,
+    parameters: Mapping[str, Parameter] | None = None,
+    xacro_args: Mapping[str, object] | None = None,
+    search_path: PathText | Iterable[PathText] = (),
+) -> Robot:
     """A robot from a shipped name such as "forging_chu2020", or from a description file.
 
-    The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, or
-    MJCF as it is exported.
+    The content of the file tells its format: YAML or JSON, URDF(+), robot.yaml beside a URDF,
+    SDFormat, or MJCF.
 
     Args:
         robot: name of a shipped robot, or path of a file.
         strict: whether inertias that no rigid body has are refused. Else a note tells of each.
+        parameters: values in place of those of the `parameters` of a description file: numbers in
+            SI units, or expressions.
+        xacro_args: arguments of a xacro file.
+        search_path: folder, or folders, in which packages are looked for.
 
     Returns:
         The robot, with its loops analysed.
 
     Raises:
-        InputError: a name that is neither a shipped robot nor a file.
+        InputError: a name that is neither a shipped robot nor a file, or a parameter or argument
+            that the file does not have.
         DescriptionError: the file is wrong.
         NoDescriptionError: a path with nothing, or no robot description, at it. It is both of the
             errors above.
     """
-    return Robot(_checked_description(robot, strict))
+    options = file_options(parameters, xacro_args, search_path)
+    return Robot(_checked_description(_with_options(robot, options), strict))
 
 
 def load_undecided(
-    robot: str | os.PathLike[str], strict: bool = False
+    robot: PathText, strict: bool = False
 ) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
     """A robot as `load` gives it, and an error for each loop whose assembly mode is left open.
 
@@ -54,7 +76,7 @@ def load_undecided(
     the modes before one is chosen: compute nothing with a robot that has open loops.
 
     Args:
-        robot: name of a shipped robot, or path of a file.
+        robot: name of a shipped robot, or path of a file; a RobotFile has parameters too.
         strict: as for `load`.
 
     Returns:
@@ -66,7 +88,14 @@ def load_undecided(
     return _first_closing(_checked_description(robot, strict))
 
 
-def _checked_description(robot: str | os.PathLike[str], strict: bool) -> RobotDescription:
+def _with_options(robot: PathText, options: FileOptions) -> PathText:
+    """The robot's name with the options of a call; without any, those that it has."""
+    if not options or not isinstance(robot, (str, os.PathLike)):
+        return robot
+    return RobotFile(os.fspath(robot), options)
+
+
+def _checked_description(robot: PathText, strict: bool) -> RobotDescription:
     """The description; `strict` refuses inertias that no rigid body has."""
     description = _description(robot)
     if strict:
@@ -102,7 +131,7 @@ def _with_mode(description: RobotDescription, loop: str, mode: str) -> RobotDesc
     return replace(description, closures=tuple(closures))
 
 
-def _description(robot: str | os.PathLike[str]) -> RobotDescription:
+def _description(robot: PathText) -> RobotDescription:
     if not isinstance(robot, (str, os.PathLike)):
         raise InputError(
             f"a robot is named by a text or a path, not by {robot!r} ({type(robot).__name__})"
@@ -111,14 +140,15 @@ def _description(robot: str | os.PathLike[str]) -> RobotDescription:
     shipped = shipped_robots()
     if name in shipped:
         resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
-        return parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml")
+        text = resource.read_text(encoding="utf-8")
+        return parse_description(text, f"{name}.yaml", options_of(name))
     path = Path(name)
     if not path.exists() and path.suffix not in (".yaml", ".yml"):
         hint = suggestion(name, [*_robot_files_beside(path), *shipped])
         raise InputError(
             f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(shipped)}"
         )
-    return read_description(name)
+    return read_description(name, options_of(name))
 
 
 def _robot_files_beside(path: Path) -> list[str]:

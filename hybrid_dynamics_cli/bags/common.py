@@ -14,6 +14,7 @@ from hybrid_dynamics_core.ground.wording import counted
 from ..exit_codes import LOST
 from ..parameters import RobotType
 from ..quantities import QuantityRange
+from ..robot_options import require_robot, with_robot_options
 
 __all__ = [
     "LOST",
@@ -32,17 +33,26 @@ __all__ = [
 
 MAX_LISTED = 4  # names in a line
 PATH = click.Path(path_type=Path)
-robot_option = click.option(
-    "--robot", type=RobotType(), required=True, metavar="ROBOT", help="Robot (a name or its file)."
+robot_option = with_robot_options(
+    click.option(
+        "--robot",
+        type=RobotType(),
+        required=True,
+        metavar="ROBOT",
+        help="Robot (a name or its file).",
+    )
 )
-bag_robot_option = click.option(
-    "--robot",
-    type=RobotType(),
-    metavar="ROBOT",
-    help=(
-        "Robot (a name or its file) that the recording is held against; left out, the one that the"
-        " bag was made or processed with, as noted in it."
-    ),
+bag_robot_option = with_robot_options(
+    click.option(
+        "--robot",
+        type=RobotType(),
+        metavar="ROBOT",
+        callback=require_robot,
+        help=(
+            "Robot (a name or its file) that the recording is held against; left out, the one that"
+            " the bag was made or processed with, as noted in it."
+        ),
+    )
 )
 topic_option = click.option(
     "--topic",

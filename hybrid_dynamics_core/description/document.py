@@ -10,6 +10,7 @@ from typing import Any
 
 from ..errors import DescriptionError
 from ..ground.suggestions import with_warnings
+from .file_options import NO_OPTIONS, FileOptions
 
 Data = dict[str, Any]  # plain data of a mapping
 KeyPath = tuple[str | int, ...]  # keys and list indices down to an entry
@@ -44,11 +45,19 @@ class Document:
         warnings: of what is allowed and hardly meant, for `RobotDescription.warnings`.
         impossible: inertias that no rigid body has, by dotted key, in words.
         rounded_links: links whose numbers were rounded by the tool that printed them.
+        options: what the file is read with.
     """
 
-    def __init__(self, data: Any, file: FilePath, lines: Mapping[KeyPath, int]) -> None:
+    def __init__(
+        self,
+        data: Any,
+        file: FilePath,
+        lines: Mapping[KeyPath, int],
+        options: FileOptions = NO_OPTIONS,
+    ) -> None:
         self.data = data
         self.file = file
+        self.options = options
         self.notes: list[str] = []
         self.warnings: list[str] = []
         self.impossible: dict[str, str] = {}

@@ -14,10 +14,13 @@ from ..description.checks.values import check_values
 from ..description.defaults import driven_joints, farthest_link
 from ..description.document import Document, FilePath
 from ..description.expand.short_forms import expand_short_forms
+from ..description.file_options import NO_OPTIONS, FileOptions
 from ..description.files import read_text
 from ..description.located_yaml import read_yaml
 from ..description.model import RobotDescription
+from ..errors import InputError
 from ..ground.file_kinds import require_description
+from ..ground.suggestions import suggestion
 from .gepetto.reader import gepetto_document, is_gepetto
 from .mjcf.reader import mjcf_document
 from .sdf.reader import sdf_document
@@ -28,15 +31,17 @@ _ALL_DRIVEN = ["all"]  # until the joints are known
 _FARTHEST = {"link": "farthest"}
 
 
-def read_description(path: str | Path) -> RobotDescription:
+def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> RobotDescription:
     """Read, check and expand a description file; its content tells which kind it is.
 
     Kinds: YAML or JSON of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF.
 
     Args:
         path: of the file.
+        options: what it is read with.
 
     Raises:
+        InputError: it has no parameter or argument of a name in the options.
         DescriptionError: the file is wrong; with file, line, key, what was expected, what to do.
         NoDescriptionError: there is nothing, or a file of another kind; it is a DescriptionError.
     """
@@ -44,7 +49,10 @@ def read_description(path: str | Path) -> RobotDescription:
     require_description(path)
     text = read_text(path)
     if not text.removeprefix("\ufeff").lstrip().startswith("<"):
-        return parse_description(text, file=path)
+        return parse_description(text, path, options)
+    if options.parameters:
+        raise InputError(f"parameters: {path} has none; description files (YAML, JSON) have them")
+    _refuse_xacro_args(options, path)
     root = parse_xml(text, path)
     if root.tag == "sdf":
         return _described(sdf_document(root, path))
@@ -53,17 +61,24 @@ def read_description(path: str | Path) -> RobotDescription:
     return read_urdf(path)
 
 
-def parse_description(text: str, file: FilePath = None) -> RobotDescription:
+def parse_description(
+    text: str, file: FilePath = None, options: FileOptions = NO_OPTIONS
+) -> RobotDescription:
     """Read, check and expand the text of a YAML or JSON description.
 
     Args:
         text: the description.
         file: named in messages; its folder is where other files are looked for.
+        options: what it is read with.
 
     Raises:
+        InputError: it has no parameter or argument of a name in the options.
         DescriptionError: the text is wrong.
     """
     document = read_yaml(_without_tabs(text), file)
+    document.options = options
+    _set_parameters(document)
+    _refuse_xacro_args(options, file)
     if is_gepetto(document.data):
         return _described(gepetto_document(document))
     check_schema(document)
@@ -117,6 +132,29 @@ def read_urdf(
     elif data["end_effector"] == _FARTHEST:
         data["end_effector"] = {"link": farthest_link(document)}
     return _described(document)
+
+
+def _set_parameters(document: Document) -> None:
+    """Give parameters the values of the call, with a note for each."""
+    existing: object = None
+    if isinstance(document.data, dict):
+        existing = document.data.get("parameters")
+    parameters = existing if isinstance(existing, dict) else {}
+    for name, value in document.options.parameters.items():
+        if name not in parameters:
+            hint = suggestion(name, parameters)
+            listed = ", ".join(parameters) or "none"
+            raise InputError(
+                f"parameters: {document.file} has no parameter '{name}'{hint}; it has: {listed}"
+            )
+        remark = f"{value}, as given in the call, in place of {parameters[name]}"
+        document.note(("parameters", name), remark)
+        parameters[name] = value
+
+
+def _refuse_xacro_args(options: FileOptions, file: FilePath) -> None:
+    if options.xacro_args:
+        raise InputError(f"xacro_args: {file} is no xacro file; their names end in .xacro")
 
 
 def _without_tabs(text: str) -> str:

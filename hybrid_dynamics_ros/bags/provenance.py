@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from hybrid_dynamics_core import Robot, load, shipped_robots
+from hybrid_dynamics_core.description.file_options import options_of
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from .errors import BagCallError
@@ -18,6 +20,7 @@ from .storage.metadata import read_notes
 _NAME: Final = "robot"
 _FILE: Final = "robot_file"  # absolute path; only for a robot that is not shipped
 _DIGEST: Final = "robot_digest"  # SHA-256 of all files that describe it; only beside _FILE
+_READ_WITH: Final = "robot_read_with"  # parameters and arguments of its file, where any are given
 _SMOOTHING: Final = "smooth"  # only in a processed bag
 _SOURCE: Final = "source"  # name of the bag that was processed
 
@@ -31,12 +34,33 @@ def robot_notes(given: str, robot: Robot) -> dict[str, str]:
 
     Returns:
         Its name. For a robot that is not shipped also the absolute path of its file, and a digest
-        of all files that describe it.
+        of all files that describe it. What its file was read with, where anything was given.
     """
+    notes = _read_with_notes(given)
     if given in shipped_robots():
-        return {_NAME: given}
+        return {_NAME: str(given), **notes}
     file = str(Path(given).resolve())
-    return {_NAME: robot.name, _FILE: file, _DIGEST: _digest(robot)}
+    return {_NAME: robot.name, _FILE: file, _DIGEST: _digest(robot), **notes}
+
+
+def _read_with_notes(given: str) -> dict[str, str]:
+    """The options of a robot's file, as JSON; nothing where there are none."""
+    options = options_of(given)
+    if not options:
+        return {}
+    folders = [str(Path(folder).resolve()) for folder in options.search_path]
+    entries = {
+        "parameters": dict(options.parameters),
+        "xacro_args": dict(options.xacro_args),
+        "search_path": folders,
+    }
+    return {_READ_WITH: json.dumps(entries)}
+
+
+def _loaded(name: str, notes: Mapping[str, Any]) -> Robot:
+    """The robot of a name or file, read with what the notes say."""
+    entries = json.loads(str(notes.get(_READ_WITH, "{}")))
+    return load(name, **entries)
 
 
 def process_notes(source: Path, smoothing: str) -> dict[str, str]:
@@ -70,7 +94,7 @@ def robot_of(bag: Path) -> Robot:
             f"{bag}: was made with '{name}', which is not a shipped robot, and does not tell"
             " its file; give --robot FILE"
         )
-    return load(str(name))
+    return _loaded(str(name), notes)
 
 
 def smoothing_of(bag: Path) -> str | None:
@@ -89,7 +113,7 @@ def _robot_of_file(bag: Path, notes: Mapping[str, Any]) -> Robot:
     """
     file = str(notes[_FILE])
     try:
-        robot = load(file)
+        robot = _loaded(file, notes)
     except (OSError, HybridDynamicsError) as error:
         raise BagCallError(
             f"{bag}: was made with {file}, which cannot be read ({error}); give --robot FILE"

@@ -1,0 +1,120 @@
+"""Options of every verb that takes a robot: what the robot's file is read with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, TypeVar
+
+import click
+
+from hybrid_dynamics_core.description.file_options import RobotFile, file_options
+from hybrid_dynamics_core.errors import InputError
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+_KEY: Final = "hybrid_dynamics_cli.robot_options"  # of the context's own notes
+_PARAMETERS: Final = "--set"
+_XACRO_ARGS: Final = "--xacro-arg"
+_SEARCH_PATH: Final = "--search-path"
+
+
+def named_pairs(option: str, texts: tuple[str, ...], sign: str, example: str) -> dict[str, str]:
+    """Values by name, from texts such as `NAME=VALUE`.
+
+    Args:
+        option: its name, for messages.
+        texts: what was given to it.
+        sign: between name and value.
+        example: of a text.
+
+    Raises:
+        click.BadParameter: a text of another form, or a name that is given twice.
+    """
+    pairs: dict[str, str] = {}
+    for text in texts:
+        name, between, value = text.partition(sign)
+        name = name.strip()
+        if not between or not name:
+            problem = f"'{text}': expected NAME{sign}VALUE, as {example}"
+            raise click.BadParameter(problem, param_hint=option)
+        if name in pairs:
+            raise click.BadParameter(f"'{name}' is given twice", param_hint=option)
+        pairs[name] = value.strip()
+    return pairs
+
+
+def _keep(context: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> None:
+    """Keep what was given until the robot's name is read, which comes after."""
+    if texts:
+        context.meta.setdefault(_KEY, {})[option.opts[0]] = texts
+
+
+def with_robot_options(argument: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """An argument or option for a robot, with the options that say how its file is read."""
+    options = (
+        click.option(
+            _PARAMETERS,
+            metavar="NAME=VALUE",
+            multiple=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_keep,
+            help="Value of a parameter of the robot's file, as L1=40*cm; any number of times.",
+        ),
+        click.option(
+            _XACRO_ARGS,
+            metavar="NAME:=VALUE",
+            multiple=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_keep,
+            help="Argument of a xacro file; any number of times.",
+        ),
+        click.option(
+            _SEARCH_PATH,
+            metavar="FOLDER",
+            multiple=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_keep,
+            help="Where the packages of a file are looked for; any number of times.",
+        ),
+    )
+
+    def decorate(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return argument(command)
+
+    return decorate
+
+
+def with_options(name: str, context: click.Context | None) -> str:
+    """The robot's name with the options of the call.
+
+    Raises:
+        click.BadParameter: an option is of another form.
+    """
+    given = {} if context is None else context.meta.get(_KEY, {})
+    if not given:
+        return name
+    parameters = named_pairs(_PARAMETERS, given.get(_PARAMETERS, ()), "=", "L1=40*cm")
+    arguments = named_pairs(_XACRO_ARGS, given.get(_XACRO_ARGS, ()), ":=", "prefix:=left_")
+    folders = given.get(_SEARCH_PATH, ())
+    try:
+        return RobotFile(name, file_options(parameters, arguments, folders))
+    except InputError as error:
+        raise click.BadParameter(str(error), ctx=context) from error
+
+
+def require_robot(context: click.Context, _: click.Parameter, name: str | None) -> str | None:
+    """Refuse options of a robot's file where no robot is named.
+
+    Raises:
+        click.UsageError: there are such options.
+    """
+    given = context.meta.get(_KEY)
+    if name is None and given:
+        options = ", ".join(given)
+        raise click.UsageError(f"{options}: name the robot too, with --robot")
+    return name

@@ -1,0 +1,113 @@
+"""What a robot file is read with: values of its parameters, arguments, folders of packages."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from ..errors import InputError
+from ..ground.check_arguments import real_number
+
+PathText = str | os.PathLike[str]
+Parameter = float | str  # a number in SI units, or an expression
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """What a file is read with.
+
+    Attributes:
+        parameters: values in place of those that a description file gives its parameters.
+        xacro_args: arguments of a xacro file.
+        search_path: folders in which packages are, after those that the file itself leads to.
+    """
+
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    xacro_args: Mapping[str, str] = field(default_factory=dict)
+    search_path: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether anything is given."""
+        return bool(self.parameters or self.xacro_args or self.search_path)
+
+
+NO_OPTIONS = FileOptions()
+
+
+class RobotFile(str):
+    """Name of a shipped robot, or path of a file, with what it is read with.
+
+    It goes wherever such a name goes, as the text that it is.
+
+    Attributes:
+        options: what the file is read with.
+    """
+
+    __slots__ = ("options",)
+    options: FileOptions
+
+    def __new__(cls, name: str, options: FileOptions) -> RobotFile:
+        """The name with its options."""
+        file = super().__new__(cls, name)
+        file.options = options
+        return file
+
+    def __getnewargs__(self) -> tuple[str, FileOptions]:  # type: ignore[override]
+        """What a copy is made of."""
+        return str(self), self.options
+
+
+def options_of(name: str) -> FileOptions:
+    """The options of a name; none where it is a plain text."""
+    return name.options if isinstance(name, RobotFile) else NO_OPTIONS
+
+
+def file_options(
+    parameters: Mapping[str, Parameter] | None = None,
+    xacro_args: Mapping[str, object] | None = None,
+    search_path: PathText | Iterable[PathText] = (),
+) -> FileOptions:
+    """The options that a call gives, checked.
+
+    Args:
+        parameters: values by name: numbers in SI units, or expressions.
+        xacro_args: texts by name; numbers and booleans are written as xacro has them.
+        search_path: a folder, or several.
+
+    Raises:
+        InputError: something of another type.
+    """
+    values: dict[str, Parameter] = {}
+    for name, value in _items("parameters", parameters):
+        values[name] = _parameter(name, value)
+    texts = {name: _xacro_text(value) for name, value in _items("xacro_args", xacro_args)}
+    if isinstance(search_path, (str, os.PathLike)):
+        search_path = (search_path,)
+    folders = tuple(os.fspath(folder) for folder in search_path)
+    for folder in folders:
+        if not os.path.isdir(folder):  # noqa: PTH112 - a text that stays one
+            raise InputError(f"search_path: there is no folder '{folder}'")
+    return FileOptions(values, texts, folders)
+
+
+def _items(argument: str, given: object) -> Iterable[tuple[str, object]]:
+    if given is None:
+        return ()
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise InputError(f"{argument}: is {given!r}; expected values by name")
+    return given.items()
+
+
+def _parameter(name: str, value: object) -> Parameter:
+    """A number or an expression; numbers of NumPy become Python's."""
+    if isinstance(value, str):
+        return value
+    return real_number(f"parameters: {name}", value)
+
+
+def _xacro_text(value: object) -> str:
+    """A value as xacro reads it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value)
