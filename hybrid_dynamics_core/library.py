@@ -19,6 +19,7 @@ from .description.file_options import (
 from .description.model import RobotDescription
 from .errors import DescriptionError, InputError, UndecidedModeError
 from .formats.reader import parse_description, read_description
+from .ground.regular_files import answered_in_time
 from .ground.suggestions import suggestion
 from .robot.robot import Robot
 
@@ -143,12 +144,20 @@ def _description(robot: PathText) -> RobotDescription:
         text = resource.read_text(encoding="utf-8")
         return parse_description(text, f"{name}.yaml", options_of(name))
     path = Path(name)
-    if not path.exists() and path.suffix not in (".yaml", ".yml"):
+    if not _is_there(path) and path.suffix not in (".yaml", ".yml"):
         hint = suggestion(name, [*_robot_files_beside(path), *shipped])
         raise InputError(
             f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(shipped)}"
         )
     return read_description(name, options_of(name))
+
+
+def _is_there(path: Path) -> bool:
+    """Whether a path exists; True where nobody answers: reading it says so."""
+    try:
+        return answered_in_time(path.exists)
+    except TimeoutError:
+        return True
 
 
 def _robot_files_beside(path: Path) -> list[str]:

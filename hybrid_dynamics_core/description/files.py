@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..errors import DescriptionError
+from ..ground.regular_files import read_regular
 
 MAX_BYTES = 5_000_000
 
@@ -16,11 +17,12 @@ def read_text(path: Path) -> str:
         DescriptionError: it cannot be read, or is no text of the size of a description.
     """
     try:
-        if path.stat().st_size > MAX_BYTES:
+        data = read_regular(path, MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
             raise DescriptionError(
                 f"larger than {MAX_BYTES} bytes; not a robot description", file=path
             )
-        return path.read_text(encoding="utf-8")
+        return data.decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         raise DescriptionError(f"not UTF-8 text (byte {error.start})", file=path) from error
     except OSError as error:

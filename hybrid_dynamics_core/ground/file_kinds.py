@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from ..errors import DescriptionError, InputError
+from .regular_files import answered_in_time, open_regular, special_kind
 from .suggestions import suggestion
 
 BAG_METADATA: Final = "metadata.yaml"
@@ -119,11 +120,22 @@ def classify_path(path: Path) -> PathContent:
     Raises:
         OSError: it cannot be read.
     """
+    return answered_in_time(lambda: _classify(path))
+
+
+def _classify(path: Path) -> PathContent:
     if not path.exists():
         return PathContent(FileKind.MISSING, "nothing")
     if path.is_dir():
         return _classify_folder(path)
-    with path.open("rb") as file:
+    special = special_kind(path)
+    if special:
+        return PathContent(FileKind.OTHER, special)
+    return _classify_file(path)
+
+
+def _classify_file(path: Path) -> PathContent:
+    with open_regular(path) as file:
         head = file.read(_HEAD_SIZE)
     if not head.strip():
         return PathContent(FileKind.OTHER, "an empty file")

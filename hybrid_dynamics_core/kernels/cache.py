@@ -21,6 +21,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..ground.regular_files import open_regular
+
 VARIABLE = "HYBRID_DYNAMICS_CACHE"
 MAX_ENTRIES = 10_000  # of some 20 kB; beyond, the longest unused tenth is removed
 _OFF = ("", "0", "off", "no", "none")
@@ -102,7 +104,8 @@ def read(key: str) -> Entry | None:
         return None
     path = place / (key + _SUFFIX)
     try:
-        data = path.read_bytes()
+        with open_regular(path) as file:
+            data = file.read()
     except OSError:
         return None
     with contextlib.suppress(OSError):

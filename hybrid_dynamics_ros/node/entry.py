@@ -38,6 +38,8 @@ def main(args: list[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # A thread that takes code from disk passes the interpreter on to the stream sooner.
     sys.setswitchinterval(_SWITCH_INTERVAL)
+    # Sent in another thread, a message costs the stream the same, however slow its readers are.
+    os.environ.setdefault("RMW_FASTRTPS_PUBLICATION_MODE", "ASYNCHRONOUS")
     stop = StopSignals()
     # Late: its imports take a while, and the usage above needs none of them.
     from hybrid_dynamics_core.kernels.cache import at_least_meanwhile  # noqa: PLC0415

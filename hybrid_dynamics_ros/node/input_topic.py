@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Hashable
-from typing import Any
+from typing import Any, Final
 
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
@@ -13,6 +14,10 @@ from ..stream.input_queue import InputQueue
 from ..stream.sequence_gaps import SequenceGaps
 from . import qos
 from .input_reader import Read
+
+_CHECK_PERIOD: Final = (
+    0.1  # [s] for which is kept who publishes: a question costs as much as an answer
+)
 
 
 class InputTopic:
@@ -35,6 +40,8 @@ class InputTopic:
         self._given_name, self.name = name, node.resolve_topic_name(name)
         self.read = read
         self.gaps = SequenceGaps(self._publishers)
+        self._present: frozenset[Hashable] = frozenset()
+        self._checked = -_CHECK_PERIOD
 
     def open(
         self, on_message: Callable[[InputTopic], None], answer: Callable[[bytes], bool]
@@ -83,5 +90,9 @@ class InputTopic:
         self.queue.put(message)
 
     def _publishers(self) -> frozenset[Hashable]:
-        endpoints = self._node.get_publishers_info_by_topic(self.name)
-        return frozenset(bytes(endpoint.endpoint_gid) for endpoint in endpoints)
+        now = time.monotonic()
+        if now > self._checked + _CHECK_PERIOD:
+            self._checked = now
+            endpoints = self._node.get_publishers_info_by_topic(self.name)
+            self._present = frozenset(bytes(endpoint.endpoint_gid) for endpoint in endpoints)
+        return self._present

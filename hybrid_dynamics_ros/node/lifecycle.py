@@ -138,6 +138,8 @@ class HybridDynamicsNode(EventFreeNode):
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Throw away all that belongs to the robot."""
         del state
+        if self._runtime is not None:
+            self._description.publish(String())  # for those who come late there is no robot
         self.discard()
         return SUCCESS
 

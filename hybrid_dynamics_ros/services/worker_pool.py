@@ -8,7 +8,9 @@ replaced. Knows no rclpy.
 from __future__ import annotations
 
 import queue
+import subprocess
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -24,6 +26,9 @@ from .table import BY_NAME, Lane
 
 Done = Callable[[Any, ConditionChange | None], None]
 _START_TIMEOUT: Final = 60.0  # [s] for a process to import all it needs
+_ATTEMPTS: Final = 2  # to answer a call whose process ends
+_EARLY: Final = 5.0  # [s] within which a process is young
+_MOST_EARLY: Final = 10  # young processes that are replaced, one after the other
 _END_TIMEOUT: Final = 5.0  # [s] for a thread to see that it is over
 
 
@@ -77,7 +82,10 @@ class _Worker:
 
     def __init__(self, name: str, description: RobotDescription) -> None:
         self._name, self._description = name, description
-        self._jobs: queue.SimpleQueue[ServiceCall | None] = queue.SimpleQueue()
+        # Calls, and processes that ended; None: there will be no more.
+        self._jobs: queue.SimpleQueue[ServiceCall | subprocess.Popen[bytes] | None]
+        self._jobs = queue.SimpleQueue()
+        self._early_ends = 0  # one after the other, of processes that were young
         self._stopping = False
         self._start()
         self._thread = threading.Thread(target=self._run, name=f"{name} services", daemon=True)
@@ -104,6 +112,25 @@ class _Worker:
     def _start(self) -> None:
         self._process, self._connection = start(f"{__package__}.worker")
         self._fresh = True
+        self._started = time.monotonic()
+        watch = threading.Thread(target=self._await_end, args=(self._process,), daemon=True)
+        watch.start()
+
+    def _await_end(self, process: subprocess.Popen[bytes]) -> None:
+        process.wait()
+        self._jobs.put(process)
+
+    def _replace(self, ended: subprocess.Popen[bytes]) -> None:
+        """Replace a process that ended, unless that is done already.
+
+        Where all end early, a call has to come first.
+        """
+        if ended is not self._process:
+            return
+        is_early = time.monotonic() < self._started + _EARLY
+        self._early_ends = self._early_ends + 1 if is_early else 0
+        if self._early_ends <= _MOST_EARLY:
+            self._restart()
 
     def _restart(self) -> None:
         self._process.kill()
@@ -114,19 +141,29 @@ class _Worker:
 
     def _run(self) -> None:
         while (job := self._jobs.get()) is not None:
+            if isinstance(job, ServiceCall):
+                self._answer(job)
+            else:
+                self._replace(job)
+
+    def _answer(self, job: ServiceCall) -> None:
+        """Answer a call; once more where its process ends, since no answer changes anything."""
+        for _ in range(_ATTEMPTS):
             if self._stopping:
                 job.refuse(RejectionCode.NOT_READY, "the node is being cleaned up")
-                continue
+                return
             try:
                 self._work(job)
             except (EOFError, OSError):
                 self._restart()
-                job.refuse(
-                    RejectionCode.INTERNAL, "the process that worked on this call ended; call again"
-                )
             except Exception as error:  # noqa: BLE001 - this thread answers all later calls
                 self._restart()
                 job.refuse(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
+                return
+            else:
+                return
+        text = f"the process that worked on this call ended, {_ATTEMPTS} times; call again"
+        job.refuse(RejectionCode.INTERNAL, text)
 
     def _work(self, job: ServiceCall) -> None:
         if self._fresh:

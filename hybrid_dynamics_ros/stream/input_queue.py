@@ -9,7 +9,7 @@ from typing import Final
 
 _CALM: Final = 0.05  # [s] without a message left out: the overload is over
 _TURN: Final = 0.02  # [s] after which the other topics have their turn
-_SHORT: Final = 8  # messages that may wait however short the subscription's own queue is
+_SHORT: Final = 8  # messages that may wait under overload, and in the shortest queue
 
 
 class InputQueue:
@@ -17,7 +17,7 @@ class InputQueue:
 
     As long as few wait, each is answered, in the order of arrival. When more than half of what the
     subscription holds waits, the newest message that can be answered is, and older ones are left
-    out. So it goes on until none had to be left out for a while.
+    out. From then on a handful may wait, until none had to be left out for a while.
 
     Attributes:
         skipped: messages that were left out so far.
@@ -59,10 +59,12 @@ class InputQueue:
     def work(self) -> None:
         """Answer what waits, for one turn at most; what is left waits for the next turn."""
         end = time.perf_counter() + _TURN
-        if len(self._waiting) > self._limit:
-            self._overload_end = end + _CALM
-        answer = self._answer_oldest
+        limit = self._limit
         if self.is_overloaded:
+            limit = _SHORT
+        answer = self._answer_oldest
+        if len(self._waiting) > limit:
+            self._overload_end = end + _CALM
             answer = self._answer_newest
         while self._waiting:
             answer()

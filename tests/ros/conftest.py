@@ -20,7 +20,7 @@ from hybrid_dynamics_ros.demo.play.domain import is_silent
 
 ROOT = Path(__file__).resolve().parents[2]
 CHANGING = ("change_state", "set_parameters", "set_parameters_atomically")
-DEADLINE = 30.0  # [s], for anything that should happen at once on an idle machine
+DEADLINE = 60.0  # [s], for anything that should happen at once on an idle machine
 
 
 def _take_domain():

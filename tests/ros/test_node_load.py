@@ -118,7 +118,31 @@ def test_a_call_that_takes_too_long_is_ended_and_the_next_one_answered(start_nod
 
 
 def children(pid):
-    return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    texts = [path.read_text() for path in Path(f"/proc/{pid}/task").glob("*/children")]
+    return {int(word) for text in texts for word in text.split()}
+
+
+def test_calls_are_answered_though_the_process_that_works_on_them_is_killed(start_node, connect):
+    """In the middle of a call, and while none waits: no answer changes anything."""
+    node = start_node()
+    node.wait_for("active joints")
+    client = connect(only=("get_state",))
+    idle = children(node.process.pid)
+    for worker in idle:
+        os.kill(worker, signal.SIGKILL)
+
+    def replaced():
+        now = children(node.process.pid)
+        return len(now) == len(idle) and not now & idle
+
+    client.wait_until(replaced, "new processes, without a call")
+    calls = [client.call_async("solve_ik", far_target()) for _ in range(6)]
+    client.wait_until(calls[0].done, "the first answer")
+    for worker in children(node.process.pid):
+        os.kill(worker, signal.SIGKILL)
+    client.wait_until(lambda: all(call.done() for call in calls), "all answers", 60.0)
+    assert {call.result().error_code for call in calls} == {ErrorCode.OUT_OF_REACH}
+    assert node.stop() == 0
 
 
 def test_a_killed_worker_is_replaced_and_a_killed_node_leaves_no_process(start_node, connect):

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -148,6 +149,24 @@ def test_a_wrong_robot_file_is_told_with_its_line_and_a_mended_one_works_in_the_
     stamp = client.new_stamp()
     client.publish("active_joint_states", state(), stamp)
     assert len(client.wait_for("joint_states", stamp).position) == 12
+
+
+def test_a_pipe_as_robot_is_refused_while_services_answer_and_a_file_in_its_place_works(
+    start_node, tmp_path, robot, connect
+):
+    """Nobody writes into the pipe: opening it would wait for ever."""
+    place = tmp_path / "robot.yaml"
+    os.mkfifo(place)
+    node = start_node("-p", f"robot:={place}")
+    line = node.wait_for("stays unconfigured: .*").group()
+    assert "seems to be a pipe; expected a robot description" in line
+    client = connect(only=("get_state", "solve_fk", "change_state"))
+    assert client.call("solve_fk", SolveFK.Request()).error_code == ErrorCode.NOT_READY
+    place.unlink()
+    shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots"
+    shutil.copy(shipped / f"{robot.name}.yaml", place)
+    assert client.change("configure")
+    assert node.stop() == 0
 
 
 def test_a_copied_robot_file_starts(start_node, tmp_path, robot):

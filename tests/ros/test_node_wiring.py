@@ -181,6 +181,16 @@ def test_what_configure_makes_cleanup_takes_away(ros_node):
         assert ({*ros_node.publishers}, {*ros_node.subscriptions}) == before
 
 
+def test_cleanup_takes_the_description_back(ros_node, monkeypatch):
+    """Who comes late would take the last one for the robot of now."""
+    published = []
+    monkeypatch.setattr(ros_node._description, "publish", published.append)
+    ros_node.start()
+    ros_node.trigger_deactivate()
+    ros_node.trigger_cleanup()
+    assert [bool(message.data) for message in published] == [True, False]
+
+
 def fails(topic):
     """A node's method that makes everything but one topic."""
 

@@ -7,6 +7,7 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
+from ...ground.regular_files import may_be_file
 from ...ground.suggestions import suggestion
 from ..checks.schema import check_schema
 from ..document import Data, Document, KeyPath
@@ -66,7 +67,7 @@ def _from_file(document: Document, name: str, path: KeyPath) -> Template:
     if document.file:
         folder = Path(document.file).parent
     file = folder / name
-    if not file.is_file():
+    if not may_be_file(file):
         raise document.error(
             path, f"there is no file {file}; the path starts at the folder of this file"
         )

@@ -15,6 +15,7 @@ from ...description.defaults import farthest_link, neutral_coordinate
 from ...description.document import Data, Document, KeyPath
 from ...description.followers import multipliers_of
 from ...description.values import read_each
+from ...ground.regular_files import may_be_file
 from ...ground.suggestions import suggestion
 from ...ground.wording import counted
 from ..extras_reader import EXTRAS_DEFINITION, TAG, apply_extras
@@ -83,7 +84,7 @@ class _GepettoReader:
             )
         file = Path(self.document.file)
         beside = file.with_suffix(".urdf")
-        if beside.is_file():
+        if may_be_file(beside):
             return beside
         others = sorted(file.parent.glob("*.urdf"))
         if len(others) == 1:

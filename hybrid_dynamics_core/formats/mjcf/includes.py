@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...ground.regular_files import may_be_file
 from ..xml.located_xml import LocatedElement, read_xml
 from ..xml.reader import XmlReader
 
@@ -38,7 +39,7 @@ def _included(xml: XmlReader, include: LocatedElement, opened: set[Path]) -> Loc
     """The root of an included file."""
     name = include.get("file")
     file = xml.file.parent / name
-    if not file.is_file():
+    if not may_be_file(file):
         problem = f"includes '{name}', which is not there; paths start at {xml.file.parent}"
         raise xml.error(include, ("include",), problem)
     if file.resolve() in opened:

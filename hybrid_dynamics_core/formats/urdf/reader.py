@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ...description.document import Data, Document, KeyPath
+from ...ground.regular_files import may_be_file
 from ...ground.suggestions import suggestion
 from ..xml.located_xml import LocatedElement, read_xml
 from ..xml.reader import XmlReader
@@ -110,7 +111,7 @@ def expand_urdf(document: Document, is_alone: bool = False) -> str:
     if document.file:
         folder = Path(document.file).parent
     file = folder / entry["file"]
-    if not file.is_file():
+    if not may_be_file(file):
         raise document.error(
             key, f"there is no file {file}; the path starts at the folder of this file"
         )
