@@ -43,6 +43,7 @@ from .declare_parameters import ParameterWatch, declare, declare_sensors, is_giv
 from .deferred_parameters import wait_for_code
 from .diagnostics import diagnostic_array
 from .event_free import EventFreeNode
+from .payload_topic import PayloadTopic
 from .service_server import ServiceServer
 from .subscriptions import Stream
 from .target_frames import target_frames
@@ -66,6 +67,7 @@ class HybridDynamicsNode(EventFreeNode):
         self._log = ThrottledLog(self.get_logger(), self.settings[LOG_PERIOD])
         self._runtime: Runtime | None = None
         self._stream: Stream | None = None
+        self._payloads: PayloadTopic | None = None
         self._failure = ""  # why there is no robot
         # Entered around work for which the loop may stand still longer than usual.
         self.long_work: Callable[[], AbstractContextManager[None]] = nullcontext
@@ -120,6 +122,9 @@ class HybridDynamicsNode(EventFreeNode):
         # What a robot is made of stays: a collection through all of it would hold up the stream.
         gc.collect()
         gc.freeze()
+        self._payloads = PayloadTopic(self, robot, names)
+        runtime.payloads_changed = self._payloads.publish
+        self._payloads.publish(runtime.conditions.payloads)
         self._calls.open(runtime, targets)
         self._description.publish(String(data=to_urdf(robot.description)))
         self.get_logger().info(f"robot {robot.name}: active joints {', '.join(robot.active)}")
@@ -155,6 +160,9 @@ class HybridDynamicsNode(EventFreeNode):
         """Throw away all that belongs to the robot."""
         self._calls.active = False
         self._calls.close()
+        if self._payloads is not None:
+            self._payloads.destroy()
+            self._payloads = None
         if self._stream is not None:
             self._stream.destroy()
         if self._runtime is not None:

@@ -45,11 +45,11 @@ def profile(name: str, depth: int) -> QoSProfile:
     )
 
 
-def transient_local() -> QoSProfile:
-    """Reliable and transient local: subscriptions that come later get the last message too."""
+def transient_local(depth: int = 1) -> QoSProfile:
+    """Reliable and transient local: subscriptions that come later get the last messages too."""
     return QoSProfile(
         reliability=QoSReliabilityPolicy.RELIABLE,
         durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
         history=QoSHistoryPolicy.KEEP_LAST,
-        depth=1,
+        depth=depth,
     )

@@ -54,7 +54,7 @@ _PAYLOAD: Final[tuple[Parameter[Any], ...]] = (
     PAYLOAD_COM,
     PAYLOAD_INERTIA,
 )
-_NOTHING: Final = PayloadBody(0.0, (), ())
+NO_PAYLOAD: Final = PayloadBody(0.0, (0.0,) * 3, (0.0,) * 6)
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Conditions:
         if before is not None:
             if all(settings[row] == before[row] for row in _PAYLOAD):
                 return changed
-            changed = changed.with_payload(before[PAYLOAD_FRAME] or end_effector, _NOTHING)
+            changed = changed.with_payload(before[PAYLOAD_FRAME] or end_effector, NO_PAYLOAD)
         body = PayloadBody(settings[PAYLOAD_MASS], settings[PAYLOAD_COM], settings[PAYLOAD_INERTIA])
         return changed.with_payload(settings[PAYLOAD_FRAME] or end_effector, body)
 

@@ -6,7 +6,7 @@ Knows no rclpy.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
@@ -71,6 +71,8 @@ class Runtime:
         self.lock = threading.RLock()  # the stream and calls that change something take turns
         self.result: MotionResult | None = None
         self.conditions = Conditions()
+        # Is given the payloads whenever others are in effect.
+        self.payloads_changed: Callable[[Mapping[str, PayloadBody]], None] = lambda _: None
         self._taken: NodeSettings | None = None
         self._prepared: set[Kind] = set()
         # Makes code elsewhere and keeps it on disk; whether the robot still needs it.
@@ -124,7 +126,8 @@ class Runtime:
         if any(settings[row] != self.settings[row] for row in FILTER_ROWS):
             kalman = kalman_of(settings)
             self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP], kalman)
-        self.conditions, self.settings, self._taken = conditions, settings, settings
+        self._hold(conditions)
+        self.settings = self._taken = settings
 
     def is_prepared(self, conditions: Conditions) -> bool:
         """Whether all code for such conditions is here: taking them holds up nothing."""
@@ -161,8 +164,14 @@ class Runtime:
             self.evaluator.loads = loads_of(self.robot, conditions)
             if conditions.mode is not self.conditions.mode:
                 self.evaluator.set_mode(conditions.mode)
-            self.conditions = conditions
+            self._hold(conditions)
             return True
+
+    def _hold(self, conditions: Conditions) -> None:
+        """From now on these are the conditions."""
+        before, self.conditions = self.conditions, conditions
+        if conditions.payloads != before.payloads:
+            self.payloads_changed(conditions.payloads)
 
     def process(self, sample: JointSample) -> MotionResult | Rejection | None:
         """The result of one sample under the conditions of now; None: it waits for other joints."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import rclpy
 import yaml
+from geometry_msgs.msg import InertiaStamped
 from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
 from hybrid_dynamics_msgs.srv import (
     CloseLoops,
@@ -54,6 +55,34 @@ def motion(position=POSITION, velocity=RATES, acceleration=(0.0,) * 4):
         velocity=list(velocity),
         acceleration=list(acceleration),
     )
+
+
+@pytest.fixture
+def late_listener():
+    """Waits until a new subscription has these masses by frame; the inertias by frame."""
+
+    def listen(wanted):
+        context, told = rclpy.Context(), {}
+        rclpy.init(context=context)
+        late = rclpy.create_node("late", context=context)
+
+        def collect(message):
+            told[message.header.frame_id] = message.inertia
+
+        profile = qos.transient_local(20)
+        late.create_subscription(InertiaStamped, "/hybrid_dynamics/payloads", collect, profile)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(late)
+        end = time.monotonic() + 30.0
+        while any(name not in told or told[name].m != mass for name, mass in wanted.items()):
+            assert time.monotonic() < end, told
+            executor.spin_once(timeout_sec=0.1)
+        executor.shutdown()
+        late.destroy_node()
+        context.try_shutdown()
+        return told
+
+    return listen
 
 
 def efforts_now(client):
@@ -118,6 +147,21 @@ def test_forward_dynamics_inverts_inverse_dynamics_with_the_payload_that_was_set
         assert client.call("set_payload", request).error_code == ErrorCode.OK
     node.wait_for(f"set_payload: nothing at {robot.end_effector}\n")
     np.testing.assert_allclose(efforts_now(client), bare, rtol=1e-12)
+
+
+def test_a_latched_topic_tells_the_payloads_in_effect(client, late_listener):
+    """Whoever comes late gets the newest of every frame, from calls and from parameters."""
+    request = SetPayload.Request(frame="l4")
+    request.inertia.m, request.inertia.com.z, request.inertia.ixy = 7.0, 0.2, 0.01
+    request.inertia.ixx = request.inertia.iyy = request.inertia.izz = 0.1
+    assert client.call("set_payload", request).error_code == ErrorCode.OK
+    assert client.set_parameter("payload.mass", 3.0) == ""
+    masses = late_listener({"end_effector": 3.0, "l4": 7.0})
+    assert masses["l4"] == request.inertia
+    request.inertia.m = 0.0
+    assert client.call("set_payload", request).error_code == ErrorCode.OK
+    assert client.set_parameter("payload.mass", 0.0) == ""
+    late_listener({"end_effector": 0.0, "l4": 0.0})
 
 
 def test_a_payload_that_is_none_is_refused(client):
