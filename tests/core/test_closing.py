@@ -255,3 +255,19 @@ def test_limits_of_a_joint_that_follows_are_limits_of_the_one_it_follows() -> No
     result = machine.inverse_kinematics(pose)
     assert result.status is IKStatus.LIMIT, result.message
     assert "q (0.6 rad, limit 0.55 rad)" in result.message
+
+
+def test_limits_of_a_joint_that_follows_are_none_of_other_joints() -> None:
+    text = FOLLOWED.replace("links: {", "links: {tip: {mass: 1}, ").replace(
+        "active: [q]", "  p: {type: prismatic, parent: b, child: tip, axis: x}\nactive: [p, q]"
+    )
+    machine = Robot(parse_description(text, file="followed.yaml"))
+    np.testing.assert_allclose(machine.limits, [[-np.inf, np.inf], [-0.7, 0.55]])
+
+
+def test_what_has_no_loops_is_nowhere_near_a_singularity_of_one() -> None:
+    text = FOLLOWED.replace("mimic: {joint: q, multiplier: -2, offset: 0.1}", "effort_limit: 5")
+    text = text.replace("active: [q]", "active: [q, f]")
+    machine = Robot(parse_description(text, file="serial.yaml"))
+    assert machine.close([0.1, 0.2]).singularity == 1.0
+    assert machine.close([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]).singularity.tolist() == [1.0] * 3

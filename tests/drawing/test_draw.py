@@ -166,6 +166,17 @@ def test_a_name_behind_a_body_has_a_line_to_what_it_names(
     assert len(axes.lines) == leaders
 
 
+def test_a_body_covers_the_cells_inside_its_outline() -> None:
+    figure = Figure(figsize=(3.0, 3.0), dpi=100)  # 100 cells of 3 pixels across
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, 100.0), ylim=(0.0, 100.0))
+    body = np.array([[10.2, 30.2], [19.8, 30.2], [19.8, 49.8], [10.2, 49.8]])
+    grid = Labeller(axes, [(body, 5.0)]).grid
+    expected = np.zeros((100, 100))
+    expected[30:50, 10:20] = 5.0
+    np.testing.assert_array_equal(grid, expected)
+
+
 @pytest.mark.parametrize("reach", [3.0, 300.0])
 def test_a_name_stands_on_no_outline_however_long_that_is(reach: float) -> None:
     """An edge passes where the name would best stand; the name takes the other side of it."""

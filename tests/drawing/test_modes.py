@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.drawing import draw_modes
+from hybrid_dynamics_core.drawing.maps.modes import _columns as columns_of
 from hybrid_dynamics_core.drawing.paint.floor import floor_corners, tile_side
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.formats.reader import parse_description
@@ -72,6 +73,11 @@ def test_panels_begin_right_below_the_heading(name: str) -> None:
     heads += [axes._left_title.get_window_extent().y1 for axes in figure.axes]
     heading = sorted(lines)[-2]  # the title stands above the line of what is shown
     assert 0.0 < (heading - max(heads)) / figure.dpi < 0.5
+
+
+@pytest.mark.parametrize(("count", "shape", "columns"), [(2, 1.0, 2), (4, 1.0, 2), (4, 0.5, 2)])
+def test_panels_stand_beside_and_above_each_other(count: int, shape: float, columns: int) -> None:
+    assert columns_of(count, shape) == columns
 
 
 def test_modes_may_be_fewer_and_are_written(tmp_path) -> None:

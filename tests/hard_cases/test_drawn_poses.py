@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -170,9 +172,11 @@ end_effector: {link: b}
 """
 
 
-def test_what_is_drawn_open_closes_with_the_first_joint_where_it_is() -> None:
-    """A triangle of 0.25, 0.5 and 0.4 m beside the crank, and a note of it."""
-    machine = Robot(parse_description(OPEN, file="open.yaml"))
+@pytest.mark.parametrize("size", ["", "e-6", "e+6"])
+def test_what_is_drawn_open_closes_with_the_first_joint_where_it_is(size: str) -> None:
+    """A triangle of 0.25, 0.5 and 0.4 m beside the crank, and a note of it; in micrometres too."""
+    text = re.sub(r"(0\.\d+)", rf"\g<1>{size}", OPEN)
+    machine = Robot(parse_description(text, file="open.yaml"))
     assert machine.active == ("qa",)
     assert machine.reference[0] == pytest.approx(0.0, abs=1e-12)
     assert any("open as the file draws them" in note for note in machine.description.notes)
