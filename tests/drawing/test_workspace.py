@@ -13,7 +13,7 @@ from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.drawing import draw_margins, draw_workspace
 from hybrid_dynamics_core.drawing.maps.colours import top_of
 from hybrid_dynamics_core.drawing.maps.planes import choose_planes
-from hybrid_dynamics_core.drawing.maps.workspace import values_of
+from hybrid_dynamics_core.drawing.maps.workspace import _BEYOND, _extended, _smoothed, values_of
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.hard_cases.linkages import four_bar
 
@@ -242,3 +242,12 @@ def test_colours_change_in_invisible_steps_and_drawings_of_lines_stay_light(
     levels = next(levels for levels in drawn if len(levels) > 2)
     assert np.diff(levels).max() < _STEP * np.ptp(levels)
     assert path.stat().st_size < 600_000  # [bytes]; 4 MB where every step is an outline
+
+
+def test_smoothing_keeps_a_constant_up_to_its_edge_and_carries_it_some_cells_further() -> None:
+    values = np.full((30, 30), np.nan)
+    values[9:19, 10:21] = 0.3
+    smoothed = _smoothed(values)
+    np.testing.assert_allclose(smoothed, values, rtol=1e-12)
+    carried = np.isfinite(_extended(smoothed))
+    assert carried[12].nonzero()[0].tolist() == list(range(10 - int(_BEYOND), 21 + int(_BEYOND)))
