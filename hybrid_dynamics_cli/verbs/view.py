@@ -174,6 +174,11 @@ def acceleration_note(recording: EvaluatedRecording) -> str:
     The model's efforts are as late.
     """
     lag = f"{1e3 * recording.causal_lag:.3g} ms"
+    if recording.is_causal and not recording.causal_lag:
+        return (
+            "The model's accelerations are from the node's Kalman filter: no lag, but too large"
+            " where motions are fast. The recording itself, or bag process --smooth spline, is not."
+        )
     if recording.is_causal:
         return (
             f"The model's accelerations are from the node's causal filter, {lag} late: waves"

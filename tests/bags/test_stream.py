@@ -212,15 +212,17 @@ def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count)
     assert np.array_equal(has_velocity(wanted), has_velocity(found))
 
 
-@pytest.mark.parametrize("velocity", [True, False])
-def test_the_kalman_filter_gives_the_bits_of_the_stream(forging, velocity):
+@pytest.mark.parametrize("having", ["all", "some", "none"])
+def test_the_kalman_filter_gives_the_bits_of_the_stream(forging, having):
     rng = np.random.default_rng(5)
     stamps = START + np.cumsum(rng.integers(1, 20 * MS, 200))
     stamps[150:] += 600 * MS
     at = np.add([0.1, 0.1, 0.15, 0.2], np.cumsum(rng.normal(0, 1e-4, (200, 4)), axis=0))
     pairs = []
     for k, stamp in enumerate(stamps.tolist()):
-        rates = rng.normal(0, 0.01, 4) if velocity and k % 5 else ()
+        rates = rng.normal(0, 0.01, 4) if having != "none" and k % 5 else ()
+        if having == "some" and k % 5:
+            rates[rng.integers(4)] = np.nan
         pairs.append((k, joint_state(stamp, ACTIVE, at[k], rates)))
     expected = assert_same(forging, pairs, (40, 100), kalman=Kalman(15.0, 400.0))
     assert sum(result.efforts is not None for _, result in expected) > 180

@@ -29,6 +29,7 @@ from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.parallel import attempt, run_jobs
 from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.trajectory_file import read_trajectory
+from hybrid_dynamics_ros.parameters import FILTER_TYPE, KALMAN, NodeSettings
 from tests.bags.calling import output, run
 from tests.bags.messages import bag, joint_state, motion_of, recorded
 
@@ -388,6 +389,10 @@ def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_pe
     assert (
         left["spline"] < 0.1 * left["causal"]
     ).all()  # exact rates at 200 Hz: the lag was all that the model left
+    settings = NodeSettings({FILTER_TYPE.name: KALMAN})
+    track = collect(tmp_path / "rec", settings=settings, smooth="causal")
+    assert "from the node's Kalman filter, which has no lag" in accelerations_of(track)
+    assert track.errors.rms[1] / track.recorded.std(axis=0)[1] < left["causal"][1] / 3.0
 
 
 @pytest.mark.sweep(sample="test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples")

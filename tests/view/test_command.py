@@ -156,6 +156,8 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
     track = SimpleNamespace(is_causal=True, causal_lag=0.0204)
     note = acceleration_note(track)  # type: ignore[arg-type]  # of a bag that was processed so
     assert "20.4 ms late" in note
+    track = SimpleNamespace(is_causal=True, causal_lag=0.0)
+    assert "Kalman filter: no lag" in acceleration_note(track)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("number", swept([signal.SIGINT, signal.SIGTERM], [signal.SIGINT]))

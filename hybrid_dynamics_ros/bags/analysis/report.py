@@ -128,6 +128,12 @@ def _subtitle(recording: EvaluatedRecording) -> str:
 def accelerations_of(recording: EvaluatedRecording) -> str:
     """Which estimate of the accelerations the computed efforts are from, and how late it is."""
     late = f"{1e3 * recording.causal_lag:.1f} ms"
+    if recording.is_causal and not recording.causal_lag:
+        return (
+            "Accelerations are from the node's Kalman filter, which has no lag, but makes those of"
+            " fast motions too large. <code>--smooth spline</code>, when the recording is reported"
+            " or processed, does not."
+        )
     if recording.is_causal:
         return (
             f"Accelerations are from the node's causal filter, which tells them {late} late: smooth"
