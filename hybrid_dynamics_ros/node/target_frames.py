@@ -49,11 +49,11 @@ class TargetFrames:
             if frame in ("", self._base):
                 continue
             try:
-                found = self._buffer.lookup_transform(self._base, frame, when)
+                stamped = self._buffer.lookup_transform(self._base, frame, when)
             except Exception as error:  # noqa: BLE001 - tf2 has a family of them
                 text = f"target is in frame '{frame}': {error}"
                 return Rejection(RejectionCode.BAD_REQUEST, text)
-            _move(target, found.transform)
+            _move(target, stamped.transform)
             target.header.frame_id = self._base
         return None
 
