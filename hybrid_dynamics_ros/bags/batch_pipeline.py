@@ -136,6 +136,9 @@ class BatchPipeline:
             turned = self._continued(samples, rows, given)
             rates, runs = self._evaluate(samples, rows, turned, given)
         self._count(samples, refused, rates, runs)
+        if samples.extras is not None:
+            for run, places in zip(runs, rates.runs(), strict=True):
+                run.extras = [samples.extras[row] for row in rows[places].tolist()]
         if not runs:
             return None
         evaluator.taken(turned, None if _is_given(samples, given) else rates)
@@ -239,6 +242,7 @@ class BatchPipeline:
             if isinstance(result, Rejection):
                 self._remember(result)
             elif result is not None:
+                result.extras = None if samples.extras is None else samples.extras[row]
                 rows.append(row)
                 results.append(result)
         if not rows:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.cdr import Bytes
+from ..messages.extra_joints import ExtraJoints, PassThrough
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE, deserialize
 from ..messages.joint_samples import (
     LARGEST,
@@ -44,6 +45,7 @@ class Decoder:
         bulk: bool = True,
         resting: Mapping[str, float] | None = None,
         max_age: float = MAX_AGE,
+        extras: PassThrough | None = None,
     ) -> None:
         """Nothing is decoded yet.
 
@@ -54,10 +56,13 @@ class Decoder:
             resting: positions of joints that a message need not name [rad or m].
             max_age: joint states that have some of the joints are joined where their stamps are
                 no further apart [s]; 0: they are refused.
+            extras: collects joints that the robot has not; messages then go one by one.
         """
         self._joints = tuple(joints)
         self._kind = kind
-        self._bulk = bulk
+        self._bulk = bulk and extras is None
+        self._extras = extras
+        self._newest: dict[int, tuple[ExtraJoints, ...]] = {}  # extra joints after a row
         self._resting = dict(resting or {})
         self._order = JointOrder(joints, resting)
         self._readings = ReadingOrder(joints, resting, max_age)
@@ -67,6 +72,7 @@ class Decoder:
     def decode(self, messages: Messages) -> Samples:
         """The samples of messages, which follow those that were decoded before."""
         self._refusals.clear()
+        self._newest.clear()
         has_acceleration = self._kind == JOINT_MOTION
         samples = Samples.blank(
             messages.log_ns, len(self._joints), has_acceleration=has_acceleration
@@ -79,6 +85,13 @@ class Decoder:
                 self._decode_one(samples, row, messages.message(row))
         if self._refusals or not self._readings.joiner.is_clear:
             self._join(samples)
+        if self._extras is not None:
+            stamps = samples.stamp_ns.tolist()
+            none: tuple[ExtraJoints, ...] = ()
+            samples.extras = [
+                self._extras.at(stamp, self._newest.get(row, none))
+                for row, stamp in enumerate(stamps)
+            ]
         return samples
 
     def _join(self, samples: Samples) -> None:
@@ -233,6 +246,12 @@ class Decoder:
         if is_motion:
             motion = self._order.arrange(sample)
         else:
+            if self._extras is not None:
+                has_no_others = self._extras.take(sample)
+                self._newest[row] = self._extras.newest
+                if has_no_others:
+                    samples.waiting[row] = None
+                    return
             motion, refusal = self._readings.read(sample)
             if refusal is not None:
                 self._refusals[row] = refusal
@@ -280,10 +299,12 @@ def _without_padding(data: bytes) -> bytes:
 
 def sample_of_state(message: Any) -> JointSample:
     """A JointState of rosbags as a sample, as `conversions` makes it of one of rclpy."""
-    velocity = None
+    velocity = effort = None
     if len(message.velocity):
         velocity = np.array(message.velocity, dtype=np.float64)
-    return _sample(message, velocity, None)
+    if len(message.effort):
+        effort = np.array(message.effort, dtype=np.float64)
+    return _sample(message, velocity, None)._replace(effort=effort)
 
 
 def sample_of_motion(message: Any) -> JointSample:

@@ -96,6 +96,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
                 topic.kind,
                 resting=resting_joints(robot),
                 max_age=job.settings[PARTIAL_AGE],
+                extras=pipeline.extras,
             )
             transfer = _Transfer(pipeline, decoder, outputs, bag, outcome, watch)
             transfer.run(source, topic, [entry.name for entry in copied], shown)

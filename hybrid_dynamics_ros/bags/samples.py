@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages.extra_joints import ExtraJoints
 from ..messages.joint_samples import Calibration, FloatArray, Rejection
 
 T = TypeVar("T")
@@ -25,6 +26,7 @@ class Samples:
         velocity: (N, n) [rad/s or m/s]; NaN where it is absent.
         effort: recorded efforts (N, n) [N m or N]; NaN where there are none.
         acceleration: (N, n) as the messages have it [rad/s^2 or m/s^2]; None: to be estimated.
+        extras: joints of each row beside those of the robot; None: nobody asks.
         rejected: rows that are no samples, and why; their numbers mean nothing.
         waiting: rows that have some joints, which a later row has too; their numbers mean nothing.
         broken: rows that are no message of their type, and why.
@@ -37,6 +39,7 @@ class Samples:
     velocity: FloatArray
     effort: FloatArray
     acceleration: FloatArray | None = None
+    extras: list[ExtraJoints | None] | None = None
     rejected: dict[int, Rejection] = field(default_factory=dict)
     waiting: dict[int, None] = field(default_factory=dict)
     broken: dict[int, str] = field(default_factory=dict)
@@ -72,12 +75,16 @@ class Samples:
             waiting |= dict.fromkeys(start + row for row in part.waiting)
             broken |= {start + row: why for row, why in part.broken.items()}
             start += len(part)
+        extras: list[ExtraJoints | None] | None = None
+        if parts[0].extras is not None:
+            extras = [extra for part in parts for extra in part.extras or ()]
         return Samples(
             log_ns=np.concatenate([part.log_ns for part in parts]),
             stamp_ns=np.concatenate([part.stamp_ns for part in parts]),
             position=np.concatenate([part.position for part in parts]),
             velocity=np.concatenate([part.velocity for part in parts]),
             effort=np.concatenate([part.effort for part in parts]),
+            extras=extras,
             rejected=rejected,
             waiting=waiting,
             broken=broken,
@@ -135,6 +142,7 @@ class Samples:
             velocity=self.velocity[rows],
             effort=self.effort[rows],
             acceleration=acceleration,
+            extras=None if self.extras is None else [self.extras[row] for row in numbers],
             rejected=_renumbered(self.rejected, places),
             waiting=_renumbered(self.waiting, places),
             broken=_renumbered(self.broken, places),

@@ -16,6 +16,7 @@ from ..parameters import (
     MAX_GAP,
     MEASURED,
     PARTIAL_AGE,
+    PASS_THROUGH,
     ROS_NAMES,
     SENSOR,
     TABLE,
@@ -80,6 +81,8 @@ def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
     pipeline = Pipeline(robot, bandwidth, max_gap, settings[MEASURED], kalman_of(settings))
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
     pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
+    if settings[PASS_THROUGH]:
+        pipeline.pass_through(settings[PARTIAL_AGE])
     evaluator = pipeline.evaluator
     evaluator.loads = loads_of(robot, conditions)
     require_measured(settings, evaluator.measured)

@@ -49,15 +49,13 @@ def from_field(field: Any) -> FloatArray:
 
 
 def sample_of_state(message: JointState) -> JointSample:
-    """A JointState as a sample: positions, and velocities where there are any.
-
-    Efforts are not read.
-    """
+    """A JointState as a sample: positions, and velocities and efforts where there are any."""
     return JointSample(
         stamp_ns=stamp_to_ns(message.header.stamp),
         names=message.name,
         position=from_field(message.position),
         velocity=from_field(message.velocity) if len(message.velocity) else None,
+        effort=from_field(message.effort) if len(message.effort) else None,
     )
 
 

@@ -110,6 +110,7 @@ class JointSample(NamedTuple):
         position: one value for each name [rad or m].
         velocity: one for each name [rad/s or m/s], or None where there is none.
         acceleration: one for each name [rad/s^2 or m/s^2], or None where it has to be estimated.
+        effort: one for each name [N m or N], or None where there is none or nobody asks.
     """
 
     stamp_ns: int
@@ -117,6 +118,7 @@ class JointSample(NamedTuple):
     position: FloatArray
     velocity: FloatArray | None = None
     acceleration: FloatArray | None = None
+    effort: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)

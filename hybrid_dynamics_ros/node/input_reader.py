@@ -21,7 +21,9 @@ Read = Callable[[bytes], JointSample]
 class StateReader:
     """Reads JointStates; those of the layout seen last without a message object."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, has_efforts: bool = False) -> None:
+        """Nothing is read yet; efforts are read where they are asked for."""
+        self._has_efforts = has_efforts
         self._layout: JointStateLayout | None = None
 
     def __call__(self, data: bytes) -> JointSample:
@@ -35,7 +37,11 @@ class StateReader:
                 self._layout = None
             return sample
         velocity = layout.numbers_of(data, 1) if layout.starts[1][1] else None
-        return JointSample(layout.stamp(data), layout.names, layout.numbers_of(data, 0), velocity)
+        position = layout.numbers_of(data, 0)
+        sample = JointSample(layout.stamp(data), layout.names, position, velocity)
+        if self._has_efforts and layout.starts[2][1]:
+            return sample._replace(effort=layout.numbers_of(data, 2))
+        return sample
 
 
 def reader_of(kind: type, sample_of: Callable[[Any], JointSample]) -> Read:

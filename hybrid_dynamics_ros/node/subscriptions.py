@@ -22,7 +22,7 @@ from ..messages.joint_samples import (
     oversized,
     rejection_of,
 )
-from ..parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP
+from ..parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP, PASS_THROUGH
 from ..stream.filter.filter import StampEvent
 from ..stream.rate_limit import ThrottledLog
 from ..stream.results import MotionResult
@@ -65,7 +65,8 @@ class Stream:
     def _open(self) -> None:
         robot, settings = self._runtime.robot, self._runtime.settings
         self._publishers.open(topics_of(robot, settings), settings)
-        self._subscribe(JointState, "~/active_joint_states", StateReader())
+        states = StateReader(has_efforts=settings[PASS_THROUGH])
+        self._subscribe(JointState, "~/active_joint_states", states)
         motions = reader_of(JointMotion, conversions.sample_of_motion)
         self._subscribe(JointMotion, "~/active_joint_motions", motions)
 

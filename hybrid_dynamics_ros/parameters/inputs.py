@@ -69,6 +69,13 @@ PARTIAL_AGE: Final = Parameter[float](
     bounds=(0.0, 3600.0),
     change=ChangeTime.ANY_TIME,
 )
+PASS_THROUGH: Final = Parameter[bool](
+    "pass_through",
+    False,
+    "Whether joints of the input that the robot has not, as of a gripper, go out on"
+    " ~/joint_states.",
+    kind=bool,
+)
 INPUT_QOS: Final = Parameter[str](
     "qos.input", RELIABLE, "Quality of service of the subscriptions.", choices=PROFILES, kind=str
 )
@@ -82,7 +89,7 @@ INPUT_DEPTH: Final = Parameter[int](
 
 ROWS: Final[tuple[Parameter[Any], ...]] = (
     *FILTER_ROWS,
-    PARTIAL_AGE,
+    *(PARTIAL_AGE, PASS_THROUGH),
     *(INPUT_QOS, INPUT_DEPTH),
 )
 

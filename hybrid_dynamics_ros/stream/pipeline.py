@@ -15,6 +15,7 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.ground.wording import counted
 
+from ..messages.extra_joints import PassThrough
 from ..messages.joint_samples import (
     JointOrder,
     JointSample,
@@ -86,6 +87,7 @@ class Pipeline:
     Attributes:
         evaluator: does the work.
         readings: of joint states, which may lack what others have.
+        extras: joints that the robot has not; None: they are ignored.
         counts: what happened to the samples so far.
     """
 
@@ -103,6 +105,14 @@ class Pipeline:
         resting = resting_joints(robot)
         self._order = JointOrder(self.evaluator.measured, resting)
         self.readings = ReadingOrder(self.evaluator.measured, resting)
+        self.extras: PassThrough | None = None
+
+    def pass_through(self, max_age: float) -> None:
+        """Let joints that the robot has not go through, no older than this [s]."""
+        robot, measured = self.evaluator.robot, self.evaluator.measured
+        if self.extras is None:
+            self.extras = PassThrough(robot.coordinates, measured)
+        self.extras.max_age = max_age
 
     def process(
         self, sample: JointSample, *, is_estimated: bool = False
@@ -171,5 +181,13 @@ class Pipeline:
             return self.evaluator.given(stamp_ns, self._order.arrange(sample))
         if sample.acceleration is not None:
             return self.evaluator.step(stamp_ns, self._order.arrange(sample))
+        extras = self.extras
+        if extras is not None and extras.take(sample):
+            return None
         reading = self.readings.arrange(sample)
-        return None if reading is None else self.evaluator.step(*reading)
+        if reading is None:
+            return None
+        result = self.evaluator.step(*reading)
+        if extras is not None:
+            result.extras = extras.at(result.stamp_ns, extras.newest)
+        return result

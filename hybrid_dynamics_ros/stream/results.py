@@ -39,6 +39,7 @@ class MotionResult:
         distances: of each loop to its nearest singularity, (loops,).
         branch: assembly mode of each loop by name, the same for all rows.
         event: what the stamp meant to the filter; None where it was not asked, and of rows.
+        extras: joints beside those of the robot, of rows one for each, or None.
         make_state: makes `state` of what was computed for the arrays above.
     """
 
@@ -54,6 +55,7 @@ class MotionResult:
     branch: Mapping[str, str]
     event: StampEvent | None
     make_state: Callable[[], ClosedState] = field(repr=False)
+    extras: Any = None
 
     @cached_property
     def state(self) -> ClosedState:
@@ -119,6 +121,7 @@ class MotionResult:
             residual=self.residual[which],
             distances=self.distances[which],
             make_state=lambda: self.state.rows(which),
+            extras=None if self.extras is None else [self.extras[k] for k in which.tolist()],
         )
 
     def goes_with(self, other: MotionResult) -> bool:
@@ -134,6 +137,7 @@ class MotionResult:
     @staticmethod
     def joined(results: Sequence[MotionResult]) -> MotionResult:
         """Results of single samples that go together, as rows."""
+        extras = [result.extras for result in results]
         return replace(
             results[0],
             stamp_ns=np.array([result.stamp_ns for result in results], dtype=np.int64),
@@ -148,6 +152,7 @@ class MotionResult:
             residual=np.array([result.residual for result in results]),
             distances=np.array([result.distances for result in results]),
             event=None,
+            extras=extras if any(extras) else None,
             make_state=lambda: ClosedState.joined([result.state for result in results]),
         )
 

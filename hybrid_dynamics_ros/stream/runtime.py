@@ -24,6 +24,7 @@ from ..parameters import (
     MAX_GAP,
     MEASURED,
     PARTIAL_AGE,
+    PASS_THROUGH,
     PAYLOAD_FRAME,
     STILL,
     NodeSettings,
@@ -123,6 +124,8 @@ class Runtime:
         self.evaluator.loads = loads
         self.evaluator.calibrate(calibration_of(settings, self.measured))
         self.pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
+        if settings[PASS_THROUGH]:
+            self.pipeline.pass_through(settings[PARTIAL_AGE])
         if any(settings[row] != self.settings[row] for row in FILTER_ROWS):
             kalman = kalman_of(settings)
             self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP], kalman)

@@ -7,7 +7,6 @@ of all are written once. Knows no ROS.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final
 
@@ -31,6 +30,9 @@ from .stroke_margins import StrokeMargins
 Rows = NDArray[np.intp]
 Values = Sequence[NDArray[Any] | float]  # of the slots of a template, in their order
 Message = tuple[MessageTemplate, Values]
+
+_MOST_TEMPLATES: Final = 64  # of joint states that are remembered
+_NO_EXTRAS: Final = np.zeros((3, 0))
 
 
 class OutputTopic:
@@ -78,22 +80,39 @@ class JointStates(OutputTopic):
         self._driven = len(robot.description.motors)
         self._drives_are_active = set(robot.drives) == set(robot.description.motors)
         self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
-        self._templates = {}  # by whether velocities and efforts are there
-        for velocity, effort in itertools.product((False, True), repeat=2):
-            template = joint_state_template(robot.coordinates, velocity=velocity, effort=effort)
-            self._templates[velocity, effort] = template
+        self._names = robot.coordinates
+        self._templates: dict[Any, MessageTemplate] = {}  # by extra joints, and what is known
 
     def message(self, result: MotionResult) -> Message:
         """Velocities and efforts as far as they are known."""
         velocity, efforts = result.velocity, self._efforts(result)
-        values = [result.position]
-        if velocity is not None:
-            values.append(velocity)
-        if efforts is not None:
-            values.append(efforts)
-        return self._templates[velocity is not None, efforts is not None], values
+        parts = [result.position, velocity, efforts]
+        names, extras = _extras_of(result)
+        if names:
+            for k, part in enumerate(parts):
+                parts[k] = None if part is None else np.concatenate([part, extras[..., k, :]], -1)
+        template = self._template(names, velocity is not None, efforts is not None)
+        return template, [part for part in parts if part is not None]
+
+    def _template(self, names: tuple[str, ...], velocity: bool, effort: bool) -> MessageTemplate:
+        """The layout of messages with extra joints, and with velocities and efforts."""
+        template = self._templates.get((names, velocity, effort))
+        if template is None:
+            if len(self._templates) >= _MOST_TEMPLATES:
+                self._templates.clear()
+            every = (*self._names, *names)
+            template = joint_state_template(every, velocity=velocity, effort=effort)
+            self._templates[names, velocity, effort] = template
+        return template
 
     def groups(self, result: MotionResult) -> Sequence[Rows]:
+        """Rows with the same extra joints, whose drives can give the efforts or cannot."""
+        groups: list[Rows] = []
+        for rows in _by_extras(result):
+            groups += [rows[part] for part in self._by_efforts(result.rows(rows))]
+        return groups
+
+    def _by_efforts(self, result: MotionResult) -> Sequence[Rows]:
         """Rows whose drives can give the efforts, and those whose drives cannot."""
         every = super().groups(result)
         if self._drives_are_active or result.efforts is None or result.drive_forces is not None:
@@ -118,6 +137,29 @@ class JointStates(OutputTopic):
         for place, force in zip(self._drive_places, forces.values(), strict=True):
             efforts[..., place] = force
         return efforts
+
+
+def _extras_of(result: MotionResult) -> tuple[tuple[str, ...], FloatArray]:
+    """Names (k,) and values (3, k) of the extra joints, of rows (N, 3, k)."""
+    extras = result.extras
+    if not extras:
+        return (), _NO_EXTRAS
+    if not isinstance(extras, list):
+        return extras.names, extras.values
+    if extras[0] is None:
+        return (), _NO_EXTRAS
+    return extras[0].names, np.array([extra.values for extra in extras])
+
+
+def _by_extras(result: MotionResult) -> Sequence[Rows]:
+    """Rows with the same extra joints."""
+    every = np.arange(len(result.position))
+    if result.extras is None:
+        return [every]
+    names = [() if extra is None else extra.names for extra in result.extras]
+    kinds = list(dict.fromkeys(names))
+    numbers = np.array([kinds.index(one) for one in names])
+    return [np.flatnonzero(numbers == k) for k in range(len(kinds))]
 
 
 class RequiredEfforts(OutputTopic):

@@ -72,6 +72,18 @@ def test_velocities_in_turn_are_served(client):
     np.testing.assert_allclose(efforts_of(client, stamps), whole, atol=1e-5)
 
 
+def test_extra_joints_pass_through_where_the_node_is_told_so(start_node, connect):
+    start_node("-r", "__ns:=/cell", "-p", "pass_through:=true")
+    client = connect("/cell/hybrid_dynamics")
+    stamp = client.new_stamp(10.0)
+    message = JointState(name=["finger", *ACTIVE], position=[0.02, *AT], effort=[3.0] + [0.0] * 4)
+    client.publish("active_joint_states", message, stamp)
+    states = client.wait_for("joint_states", stamp)
+    assert states.name[-1] == "finger"
+    assert states.position[-1] == 0.02
+    assert len(states.position) == 13
+
+
 def test_two_drivers_are_joined(client):
     position = slewing()
     expected = efforts_of(client, published(client, position))
