@@ -30,6 +30,7 @@ VERBS = {  # name -> module, in the order in which they are shown
     "branches": "branches",
     "view": "view",
     "export": "export",
+    "import": "import_file",
     "bag": "bag",
     "benchmark": "benchmark",
 }

@@ -7,8 +7,8 @@ from typing import Any, Final, TypeVar
 
 import click
 
-from hybrid_dynamics_core.description.file_options import RobotFile, file_options
 from hybrid_dynamics_core.errors import InputError
+from hybrid_dynamics_core.ground.file_options import RobotFile, file_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

@@ -8,7 +8,10 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from .description.file_options import (
+from .description.model import RobotDescription
+from .errors import DescriptionError, InputError, UndecidedModeError
+from .formats.reader import parse_description, read_description
+from .ground.file_options import (
     FileOptions,
     Parameter,
     PathText,
@@ -16,9 +19,6 @@ from .description.file_options import (
     file_options,
     options_of,
 )
-from .description.model import RobotDescription
-from .errors import DescriptionError, InputError, UndecidedModeError
-from .formats.reader import parse_description, read_description
 from .ground.regular_files import answered_in_time
 from .ground.suggestions import suggestion
 from .robot.robot import Robot

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus
+from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus, to_yaml
 from hybrid_dynamics_core.formats.output_files import write_files
 
 from ..output import written
@@ -21,12 +21,14 @@ FORMS: dict[str, Callable[[Robot], str]] = {
     "urdf+": lambda robot: to_urdf_plus(robot.description),
     "mjcf": to_mjcf,
     "sdf": to_sdf,
+    "yaml": to_yaml,
 }
 TITLES = {
     "urdf": "URDF",
     "urdf+": "URDF+",
     "mjcf": "MJCF",
     "sdf": "SDFormat",
+    "yaml": "description file",
     PAIR: "pairs of frames",
 }
 
@@ -61,8 +63,8 @@ def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
 
     urdf: its tree, loops cut. urdf+: URDF with <loop> elements. robot.yaml: pairs of frames that
     close the loops, for Pinocchio as Gepetto has them, with the URDF written beside. mjcf: for
-    MuJoCo. sdf: SDFormat, for Gazebo. All can be read back; from urdf comes the tree, with every
-    joint driven.
+    MuJoCo. sdf: SDFormat, for Gazebo. yaml: a description file, as `import` writes it. All can be
+    read back; from urdf comes the tree, with every joint driven.
     """
     machine = loaded(robot)
     if form == PAIR:

@@ -54,7 +54,7 @@ class _Builder:
 
     def robot(self) -> RobotDescription:
         data = self.data
-        links, parts = self.bodies()
+        links, parts, alone = self.bodies()
         return RobotDescription(
             name=data["name"],
             source=data.get("source", ""),
@@ -62,6 +62,7 @@ class _Builder:
             base=self.base,
             links=links,
             parts=parts,
+            alone=alone,
             joints=self.joints(),
             closures=self.closures(),
             loops=self.loops(),
@@ -86,8 +87,8 @@ class _Builder:
 
     # -- links
 
-    def bodies(self) -> tuple[Mapping[str, Link], Mapping[str, Link]]:
-        """Moving links and the base, each with the links fixed to it; and these links alone."""
+    def bodies(self) -> tuple[Mapping[str, Link], ...]:
+        """Moving links and the base, each with the links fixed to it; these; and those without."""
         bodies: dict[str, Link] = {}
         parts: dict[str, Link] = {}
         for name, entry in section_entries(self.values, "links").items():
@@ -98,12 +99,13 @@ class _Builder:
                 parts[name] = link
             else:
                 bodies[name] = link
+        alone = dict(bodies)
         for name, part in parts.items():
             if part.mass or part.inertia.any():
                 carrier = self.attached.link(name)
                 body = bodies.get(carrier, Link(carrier))
-                bodies[carrier] = _as_one_body(body, part)
-        return MappingProxyType(bodies), MappingProxyType(parts)
+                bodies[carrier] = as_one_body(body, part)
+        return MappingProxyType(bodies), MappingProxyType(parts), MappingProxyType(alone)
 
     def link(self, name: str, entry: Entry) -> Link:
         mass = entry.number("mass")
@@ -292,7 +294,7 @@ def _in_frame_around(link: Link, pose: Transform) -> Link:
     return Link(link.name, link.mass, pose.point(link.com), symmetric)
 
 
-def _as_one_body(a: Link, b: Link) -> Link:
+def as_one_body(a: Link, b: Link) -> Link:
     """Two bodies given in one frame as one, by Steiner's theorem."""
     mass = a.mass + b.mass
     com = a.com

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import DescriptionError
+from ..ground.file_options import NO_OPTIONS, FileOptions
 from ..ground.suggestions import with_warnings
-from .file_options import NO_OPTIONS, FileOptions
 
 Data = dict[str, Any]  # plain data of a mapping
 KeyPath = tuple[str | int, ...]  # keys and list indices down to an entry

@@ -205,6 +205,7 @@ class RobotDescription(Picklable):
         payloads: frame and body by name.
         actuators: by joint.
         parts: links fixed to others, each in the frame of the body that it belongs to.
+        alone: those of `links` without their parts; a link that is not among them has none.
     """
 
     name: str
@@ -232,6 +233,7 @@ class RobotDescription(Picklable):
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)
     parts: Mapping[str, Link] = field(default_factory=dict)
+    alone: Mapping[str, Link] = field(default_factory=dict)
 
     @property
     def motors(self) -> tuple[str, ...]:

@@ -5,5 +5,6 @@ from ..formats.mjcf.writer import to_mjcf
 from ..formats.sdf.writer import to_sdf
 from ..formats.urdf.plus_writer import to_urdf_plus
 from ..formats.urdf.writer import to_urdf
+from ..formats.yaml.writer import to_yaml
 
-__all__ = ["Pair", "to_gepetto", "to_mjcf", "to_sdf", "to_urdf", "to_urdf_plus"]
+__all__ = ["Pair", "to_gepetto", "to_mjcf", "to_sdf", "to_urdf", "to_urdf_plus", "to_yaml"]

@@ -14,12 +14,12 @@ from ..description.checks.values import check_values
 from ..description.defaults import driven_joints, farthest_link
 from ..description.document import Document, FilePath
 from ..description.expand.short_forms import expand_short_forms
-from ..description.file_options import NO_OPTIONS, FileOptions
 from ..description.files import read_text
 from ..description.located_yaml import read_yaml
 from ..description.model import RobotDescription
 from ..errors import InputError
 from ..ground.file_kinds import require_description
+from ..ground.file_options import NO_OPTIONS, FileOptions
 from ..ground.suggestions import suggestion
 from .gepetto.reader import gepetto_document, is_gepetto
 from .mjcf.reader import mjcf_document

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from hybrid_dynamics_core import Robot, load, shipped_robots
-from hybrid_dynamics_core.description.file_options import options_of
 from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.ground.file_options import options_of
 
 from .errors import BagCallError
 from .storage.bag_reader import require_recording

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import InputError, load
-from hybrid_dynamics_core.description.file_options import RobotFile, file_options
+from hybrid_dynamics_core.ground.file_options import RobotFile, file_options
 from tests.cli.calling import call
 from tests.sampling import examples
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from ..errors import InputError
-from ..ground.check_arguments import real_number
+from .check_arguments import real_number
 
 PathText = str | os.PathLike[str]
 Parameter = float | str  # a number in SI units, or an expression

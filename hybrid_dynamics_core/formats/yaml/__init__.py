@@ -1,0 +1,1 @@
+"""YAML of format 1: the writer; `description` has the reader."""

@@ -1,0 +1,267 @@
+"""A robot as a description file of format 1, which a person can read and edit.
+
+Everything is written out: modules, legs, rows and parameters have become links, joints and
+closures. Reading it back gives the same robot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ...description.build import as_one_body
+from ...description.document import Data
+from ...description.geometry import Transform
+from ...description.model import END_EFFECTOR, Closure, Frame, Joint, Link, RobotDescription
+from ...ground.arrays import Array
+from ...ground.wording import one_line
+from ...robot.taken import AnyRobot, description_of
+from ..extras_writer import extras_of, without_empty
+from .names import Names
+from .poses import axis_entry, body_entry, place_entry, pose_entry
+from .text import yaml_text
+
+_STANDARD_GRAVITY = [0.0, 0.0, -9.81]
+_ROUNDING = 1e-13  # relative, of masses that are put together again
+
+
+def to_yaml(robot: AnyRobot) -> str:
+    """The description file of a robot.
+
+    What the loader took or left out, and names that had to be changed, stand in comments at its
+    top.
+
+    Args:
+        robot: that is written, or its description.
+
+    Raises:
+        InputError: it is neither.
+    """
+    description = description_of(robot)
+    writer = _Writer(description)
+    text = yaml_text(writer.data())
+    return "".join(f"# {line}\n" for line in writer.comments()) + text
+
+
+class _Writer:
+    def __init__(self, robot: RobotDescription) -> None:
+        self.robot = robot
+        self.names = Names(robot)
+        self.extras = extras_of(robot, ())
+        self.link_frames = {name: _transform(frame) for name, frame in self._frames_of_links()}
+
+    def _frames_of_links(self) -> Iterator[tuple[str, Frame]]:
+        """Frames in which the data of links are given, in place of those at their joints."""
+        for name, frame in self.robot.frames.items():
+            if name == frame.link and name != END_EFFECTOR:
+                yield name, frame
+
+    def comments(self) -> Iterator[str]:
+        """Lines for the top of the file."""
+        robot = self.robot
+        source = f" from {Path(robot.file).name}" if robot.file else ""
+        yield f"{one_line(robot.name)}: written by hybrid_dynamics{source}."
+        yield "SI units and radians; every number may be an expression, such as pi/2 or 30*deg."
+        for name, new_name in self.names.changed.items():
+            yield f"'{one_line(name)}' is called {new_name} here: names have letters, digits, _-./"
+        for note in robot.notes:
+            yield f"note: {one_line(note)}"
+
+    def data(self) -> Data:
+        """The entries of the file."""
+        robot = self.robot
+        entries: Data = {"format": 1, "name": self.names[robot.name]}
+        entries |= without_empty({"source": robot.source})
+        gravity = robot.gravity.tolist()
+        if gravity != _STANDARD_GRAVITY:
+            entries["gravity"] = gravity
+        if robot.base != "base":
+            entries["base"] = self.names[robot.base]
+        entries["links"] = {**self.links(), **self.parts()}
+        entries["joints"] = {**self.joints(), **self.fixed_joints()}
+        loops: Data = {}
+        closures: Data = {}
+        for closure in robot.closures:
+            if closure.name in robot.loops:
+                loops[self.names[closure.name]] = self.loop(closure)
+            else:
+                closures[self.names[closure.name]] = self.closure(closure)
+        entries |= without_empty({"loops": loops, "closures": closures})
+        entries["active"] = self.names.list(robot.motors)
+        entries |= without_empty({"idle": self.names.list(robot.idle)})
+        if robot.active_set != "exact":
+            entries["active_set"] = robot.active_set
+        entries["end_effector"] = self.frame(robot.frames[END_EFFECTOR])
+        entries |= without_empty({"frames": self.frames(), "payloads": self.payloads()})
+        entries |= without_empty({"actuators": self.by_joint("actuators")})
+        return entries | without_empty({"reference": self.by_joint("reference")})
+
+    def by_joint(self, section: str) -> Data:
+        """Entries that need no change but the names of their joints."""
+        return {self.names[name]: entry for name, entry in self.extras.get(section, {}).items()}
+
+    # -- links
+
+    def links(self) -> Data:
+        entries: Data = {}
+        bodies = self.robot.links
+        if self.robot.base not in bodies:
+            entries[self.names[self.robot.base]] = {}
+        for name, link in bodies.items():
+            if self.keeps_parts(name):
+                link = self.robot.alone.get(name, Link(name))  # noqa: PLW2901
+            entries[self.names[name]] = self.body(link, self.frame_of(name))
+        return entries
+
+    def parts(self) -> Data:
+        """Links that are fixed to others."""
+        entries: Data = {}
+        for name, part in self.robot.parts.items():
+            place = self.robot.frames[name]
+            entry: Data = {}
+            if self.keeps_parts(place.link):
+                entry = self.body(part, _transform(place))
+            entries[self.names[name]] = entry
+        return entries
+
+    def keeps_parts(self, body: str) -> bool:
+        """Whether a body is the sum of its parts still."""
+        parts = self.parts_of(body)
+        if not parts:
+            return False
+        total = self.robot.alone.get(body, Link(body))
+        for part in parts:
+            total = as_one_body(total, part)
+        given = self.robot.links.get(body, Link(body))
+        return bool(np.allclose(_numbers(total), _numbers(given), rtol=_ROUNDING, atol=1e-300))
+
+    def parts_of(self, body: str) -> list[Link]:
+        """Parts with a mass or inertia."""
+        parts: list[Link] = []
+        for name, part in self.robot.parts.items():
+            has_inertia = part.mass or part.inertia.any()
+            if has_inertia and self.robot.frames[name].link == body:
+                parts.append(part)
+        return parts
+
+    def body(self, link: Link, frame: Transform) -> Data:
+        """The entry of a body, its data in a frame on its joint's frame."""
+        R = frame.rotation
+        com: Array = link.com
+        inertia: Array = link.inertia
+        if not frame.is_identity():
+            com = R.T @ (com - frame.translation)
+            inertia = R.T @ inertia @ R
+        if not link.mass:
+            com = np.zeros(3)
+        return body_entry(link.mass, com, inertia)
+
+    # -- poses
+
+    def frame_of(self, link: str) -> Transform:
+        """The frame in which the data of a link are given, in that at its joint."""
+        return self.link_frames.get(link, Transform())
+
+    def inside(self, frame: Frame) -> Transform:
+        """A pose on a link, in the frame in which the data of that link are given."""
+        return self.frame_of(frame.link).inverse() @ _transform(frame)
+
+    def frame(self, frame: Frame) -> Data:
+        return {"link": self.names[frame.link], **pose_entry(self.inside(frame))}
+
+    def frames(self) -> Data:
+        entries: Data = {}
+        for name, frame in self.robot.frames.items():
+            if name in self.link_frames:
+                entries[self.names[name]] = {
+                    "link": self.names[name],
+                    **pose_entry(_transform(frame)),
+                }
+            elif name != END_EFFECTOR and name not in self.robot.parts:
+                entries[self.names[name]] = self.frame(frame)
+        return entries
+
+    # -- joints
+
+    def joints(self) -> Data:
+        return {self.names[name]: self.joint(joint) for name, joint in self.robot.joints.items()}
+
+    def joint(self, joint: Joint) -> Data:
+        parent = Frame(joint.parent, joint.rotation, joint.translation)
+        entry: Data = {
+            "type": joint.type,
+            "parent": self.names[joint.parent],
+            "child": self.names[joint.child],
+        }
+        entry |= without_empty({"origin": pose_entry(self.inside(parent))})
+        entry["axis"] = axis_entry(joint.axis)
+        if any(map(math.isfinite, joint.limits)):
+            entry["limits"] = list(joint.limits)
+        extras = dict(self.extras.get("joints", {}).get(joint.name, {}))
+        extras.pop("limits", None)
+        if "mimic" in extras:
+            extras["mimic"] = self.mimic(extras["mimic"])
+        return entry | extras
+
+    def mimic(self, entry: Data) -> Data:
+        if "joint" in entry:
+            return {**entry, "joint": self.names[entry["joint"]]}
+        multipliers = {self.names[name]: value for name, value in entry["joints"].items()}
+        return {**entry, "joints": multipliers}
+
+    def fixed_joints(self) -> Data:
+        entries: Data = {}
+        taken = {*self.robot.joints, *self.names.changed.values()}
+        for part in self.robot.parts:
+            place = self.robot.frames[part]
+            name = f"{self.names[part]}_fixed"
+            while name in taken:
+                name += "_"
+            entries[name] = {
+                "type": "fixed",
+                "parent": self.names[place.link],
+                "child": self.names[part],
+                **without_empty({"origin": pose_entry(self.inside(place))}),
+            }
+        return entries
+
+    # -- loops
+
+    def loop(self, closure: Closure) -> Data:
+        entry = dict(self.extras["loops"][closure.name])
+        for key in ("base", "arm", "k1", "k2"):
+            entry[key] = self.names[entry[key]]
+        ends = [self.inside(frame) for frame in closure.frames()]
+        links = self.names.list([closure.link_a, closure.link_b])
+        points = [end.translation.tolist() for end in ends]
+        entry["pin"] = dict(zip(links, points, strict=True))
+        return entry | without_empty({"assembly": closure.assembly})
+
+    def closure(self, closure: Closure) -> Data:
+        between: Data = {}
+        for frame in closure.frames():
+            between[self.names[frame.link]] = place_entry(closure.kind, self.inside(frame))
+        entry: Data = {"kind": closure.kind, "between": between}
+        return entry | without_empty({"assembly": closure.assembly})
+
+    # -- loads
+
+    def payloads(self) -> Data:
+        entries: Data = {}
+        for name, (place, payload) in self.robot.payloads.items():
+            com, inertia = np.asarray(payload.com), np.asarray(payload.inertia)
+            body = body_entry(payload.mass, com, inertia)
+            entries[self.names[name]] = {"on": self.names[place], "mass": payload.mass, **body}
+        return entries
+
+
+def _transform(frame: Frame) -> Transform:
+    return Transform(frame.rotation, frame.translation)
+
+
+def _numbers(link: Link) -> Array:
+    """All numbers of a body, which are compared."""
+    return np.array([link.mass, *link.com, *link.inertia.ravel()])
