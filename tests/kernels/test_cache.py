@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import stat
 import subprocess
 import sys
@@ -247,3 +248,47 @@ def test_many_processes_may_start_at_once(folder: Path) -> None:
         subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout
         in answers
     )
+
+
+def test_processes_share_a_folder_where_none_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(cache.VARIABLE, "off")
+    with cache.at_least_meanwhile():
+        place = cache.folder()
+        assert place is not None
+        cache.write("key", Entry(code=b"code"))
+        assert cache.read("key") == Entry(code=b"code")
+    assert not place.exists()
+    assert cache.folder() is None
+
+
+def test_a_folder_that_is_kept_stays(folder: Path) -> None:
+    with cache.at_least_meanwhile():
+        assert cache.folder() == folder
+    assert folder.exists()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_code_is_taken_from_disk_alone_where_that_is_asked_for(
+    backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cold = inverse_kernel(backend)
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path))  # it is on disk elsewhere by now
+    with run.stored_only(), pytest.raises(run.NotStoredError, match="a program"):
+        tau(cold)
+    wanted, warm = tau(cold), inverse_kernel(backend)
+    with run.stored_only():
+        np.testing.assert_array_equal(tau(warm), wanted)
+
+
+def test_arrays_of_another_process_run_on_the_code_for_one_state(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Pickle gives arrays a type object of their own, which compiled code does not know."""
+    robot = load("forging_chu2020")
+    state = robot.close(U)
+    taken = pickle.loads(pickle.dumps(U))  # noqa: S301  our own
+    assert taken.dtype is not U.dtype
+    monkeypatch.setattr(Kernel, "fill_rows", None)
+    copied = pickle.loads(pickle.dumps(state))  # noqa: S301  our own
+    assert copied.s.dtype is state.s.dtype
+    np.testing.assert_array_equal(robot.close(taken, near=copied).s, state.s)
