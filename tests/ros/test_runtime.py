@@ -12,7 +12,7 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_core.kernels import artifact, cache, run
 from hybrid_dynamics_core.kernels.run import Kernel
 from hybrid_dynamics_ros.messages.joint_samples import JointSample, Rejection
-from hybrid_dynamics_ros.parameters import NodeSettings, sensor_rows
+from hybrid_dynamics_ros.parameters import MEASURED, NodeSettings, sensor_rows
 from hybrid_dynamics_ros.services.code_maker import CodeMaker
 from hybrid_dynamics_ros.stream.conditions import (
     Conditions,
@@ -126,23 +126,30 @@ def changes(draw, robot):
 
 
 @st.composite
-def samples(draw, robot, stamp):
+def samples(draw, runtime, stamp):
     """Any joint states that may come: with rates or without, near or far."""
+    robot, names = runtime.robot, runtime.measured
+    state = robot.close(robot.reference).s
+    places = [robot.coordinates.index(name) for name in names]
     shift = draw(st.sampled_from([0.0, 1e-5, 1e-2, 0.3, 50.0]))
     velocity, acceleration = None, None
     if draw(st.booleans()):
-        velocity = np.full(len(robot.active), draw(st.sampled_from([0.0, 0.1])))
-        acceleration = draw(st.sampled_from([None, np.zeros(len(robot.active))]))
-    return JointSample(stamp, robot.active, robot.reference + shift, velocity, acceleration)
+        velocity = np.full(len(names), draw(st.sampled_from([0.0, 0.1])))
+        acceleration = draw(st.sampled_from([None, np.zeros(len(names))]))
+    return JointSample(stamp, names, state[places] + shift, velocity, acceleration)
 
 
-@pytest.mark.parametrize("name", swept(["ankle", "five_bar", "palletizer"], ["five_bar"]))
+SERIAL = ("q1", "q2", "q3", "q4")
+CASES = [("ankle", None), ("five_bar", None), ("palletizer", None), ("forging_chu2020", SERIAL)]
+
+
+@pytest.mark.parametrize(("name", "measured"), swept(CASES, ["five_bar"]))
 @examples(16)
 @given(st.data())
-def test_under_prepared_conditions_no_sample_waits_for_code(name, data):
+def test_under_prepared_conditions_no_sample_waits_for_code(name, measured, data):
     """Whatever comes: a rehearsal runs all that any sample needs."""
     robot = load(name)
-    runtime = Runtime(robot, NodeSettings())
+    runtime = Runtime(robot, NodeSettings({MEASURED.name: measured}))
     conditions = data.draw(changes(robot))
     runtime.prepare(conditions)
     topics = topics_of(robot, NodeSettings())
@@ -150,7 +157,7 @@ def test_under_prepared_conditions_no_sample_waits_for_code(name, data):
         runtime.evaluator.loads = loads_of(robot, conditions)
         runtime.evaluator.set_mode(conditions.mode)
         for k in range(8):
-            result = runtime.process(data.draw(samples(robot, (k + 1) * 10 * MS)))
+            result = runtime.process(data.draw(samples(runtime, (k + 1) * 10 * MS)))
             if not isinstance(result, Rejection):
                 for topic in topics:
                     topic.fill(result)
