@@ -18,6 +18,7 @@ from hybrid_dynamics_core.control import (
 )
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus
+from hybrid_dynamics_core.ground.check_arrays import all_finite
 from hybrid_dynamics_core.identification import base_parameters, identify, random_motion
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.robots import robot
@@ -247,3 +248,11 @@ def test_a_function_of_efforts_that_takes_something_else() -> None:
     m = machine()
     with pytest.raises(InputError, match=r"tau: expected a function of \(t, state\)"):
         simulate(m, m.reference, None, lambda: np.zeros(3), (0.0, 0.1))  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("values", "finite"),
+    [([1e308, 1e308], True), ([1.0, np.inf], False), ([np.inf, -np.inf], False), ([np.nan], False)],
+)
+def test_values_are_finite_each_by_itself(values: list[float], finite: bool) -> None:
+    assert all_finite(np.array(values)) is finite

@@ -183,3 +183,16 @@ def test_long_names_of_loops_go_on_in_the_next_line() -> None:
 def test_the_key_tells_what_occurs_in_any_of_the_modes() -> None:
     """The delta's platform is far from where its coordinates begin in one mode only."""
     assert "coordinates of a platform" in legend_texts(figure_of("delta"))
+
+
+@pytest.mark.parametrize("name", ["delta", "forging_chu2020"])
+def test_the_floor_is_whole_tiles_and_a_little_wider_than_the_mechanism(name: str) -> None:
+    scene = make_scene(robot_of(name), None)
+    tile = tile_side(scene)
+    corners = floor_corners(scene)[:, :2]
+    points = np.vstack([scene.skeleton.points, *(part.points for part in scene.parts)])[:, :2]
+    for room in (points.min(axis=0) - corners[0], corners[2] - points.max(axis=0)):
+        assert (room > 0.29 * tile).all()
+        assert (room < 1.31 * tile).all()
+    counts = (corners[2] - corners[0]) / tile
+    np.testing.assert_allclose(counts, np.rint(counts), atol=1e-9)
