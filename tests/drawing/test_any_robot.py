@@ -150,3 +150,14 @@ def test_what_is_seen_edge_on_is_a_line() -> None:
     assert counts[0] > 100
     assert counts[1] > 100
     assert counts[2] == 0
+
+
+def test_drawn_energies_add_up() -> None:
+    robot = load("five_bar")
+    motion = simulate(robot, robot.reference, t_span=(0.0, 0.1))
+    axes = draw_simulation(robot, motion).axes[-1]
+    curves = {line.get_label(): np.asarray(line.get_ydata(), float) for line in axes.lines}
+    potential = curves["potential, from the start"]
+    assert potential[0] == 0.0
+    total = curves["kinetic"] + potential - curves["work of efforts and friction"]
+    np.testing.assert_allclose(total, 0.0, atol=1e-4 * np.abs(potential).max())
