@@ -9,8 +9,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.simulation import Settings, simulate
+from hybrid_dynamics_core.simulation.step_bound import StepBound
 from tests.hard_cases.linkages import HEAD, robot
 from tests.sampling import examples
 
@@ -120,3 +121,18 @@ def test_steps_are_bounded_by_the_angles_they_turn() -> None:
     assert result.completed
     assert result.steps >= 40
     assert abs(result.state.turns["b"][-1]) == 6
+
+
+@pytest.mark.parametrize("move", [0.05, 0.35, 0.95])
+def test_places_of_a_step_that_are_looked_at_are_a_tenth_of_a_radian_apart(move: float) -> None:
+    machine = load("type_c")
+    start = machine.close(machine.reference)
+    y = np.zeros((2, 2 * start.n + 1))
+    turning = [name for name in machine.coordinates if machine.joint_types[name] == "revolute"]
+    rows = [machine.coordinates.index(name) for name in turning]
+    fastest = np.abs(start.R[rows, 0]).max()
+    y[:, : start.n] = start.u
+    y[1, 0] += move / fastest  # so that no angle goes farther
+    more = StepBound(machine, np.inf).more_places(start, y)
+    assert move / (1 + more) <= 0.1 + 1e-9
+    assert more <= 10 * move + 1e-9
