@@ -38,7 +38,7 @@ from functools import cached_property
 from typing import Final
 
 from .filter import Condition, RateFilter, require_positive
-from .scalars import Scalar, Scalars, choose, exp, expm1
+from .scalars import Scalar, Scalars, choose, choose_each, exp, expm1
 from .steps import Steps
 
 # The memory is never shorter than about one sample interval: older samples keep at least this share
@@ -157,15 +157,11 @@ def _fit(moments: Scalars, highest: int) -> tuple[Scalar, Scalar, list[Scalar]]:
         c2 = m1 * m3 - m2 * m2
         determinant = m0 * c0 + m1 * c1 + m2 * c2
         fits.append((determinant, LEAST_CONDITION * m0 * m2 * m4, [c0, c1, c2]))
-    degree: Scalar = 0.0
-    best: Scalar = m0
-    cofactors: list[Scalar] = [1.0, 0.0, 0.0]
-    for number, (determinant, least, column) in enumerate(fits, start=1):
-        degree = choose(determinant, least, float(number), degree)
-        best = choose(determinant, least, determinant, best)
-        pairs = zip(column, cofactors, strict=True)
-        cofactors = [choose(determinant, least, new, old) for new, old in pairs]
-    return degree, best, cofactors[: highest + 1]
+    best: Scalars = [0.0, m0, 1.0, 0.0, 0.0]
+    for degree, (determinant, least, column) in enumerate(fits, start=1):
+        best = choose_each(determinant, least, [float(degree), determinant, *column], best)
+    allowed, determinant, *cofactors = best
+    return allowed, determinant, cofactors[: highest + 1]
 
 
 def _gains(cofactors: Sequence[Scalar], scale: Scalar, rate: Scalar) -> Scalars:

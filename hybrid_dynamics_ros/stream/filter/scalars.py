@@ -28,3 +28,10 @@ def choose(a: Scalar, b: Scalar, yes: Scalar, no: Scalar) -> Scalar:
     if isinstance(a, float):
         return yes if a > b else no
     return a.choose(b, yes, no)
+
+
+def choose_each(a: Scalar, b: Scalar, yes: Scalars, no: Scalars) -> Scalars:
+    """The scalars of `yes` where a > b, else those of `no`."""
+    if isinstance(a, float):
+        return yes if a > b else no
+    return [a.choose(b, x, y) for x, y in zip(yes, no, strict=True)]
