@@ -26,6 +26,7 @@ from .errors import BagCallError, BagError
 from .input_topic import input_topic
 from .job import Job, Outcome
 from .provenance import process_notes, robot_notes
+from .recorded_pressures import RecordedPressures
 from .samples import Samples, slices
 from .settings import make_pipeline
 from .smooth import estimates_of
@@ -99,6 +100,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
                 extras=pipeline.extras,
             )
             transfer = _Transfer(pipeline, decoder, outputs, bag, outcome, watch)
+            transfer.pressures = RecordedPressures(pipeline.pressures, source, transfer.losses)
             transfer.run(source, topic, [entry.name for entry in copied], shown)
             outcome.losses = [*transfer.losses.describe(), *source.losses.describe()]
             _require_results(outcome, topic, pipeline)
@@ -152,6 +154,7 @@ class _Transfer:
 
     Attributes:
         losses: messages that could not be decoded or evaluated.
+        pressures: of the bag; None: nobody has read them.
     """
 
     def __init__(
@@ -164,6 +167,7 @@ class _Transfer:
         watch: Stopwatch,
     ) -> None:
         self.losses = Losses()
+        self.pressures: RecordedPressures | None = None
         self._batches = BatchPipeline(pipeline)
         self._evaluator = pipeline.evaluator
         self._decoder = decoder
@@ -260,6 +264,8 @@ class _Transfer:
         self._watch.lap("model")
         if result is None:
             return
+        if self.pressures is not None:
+            self.pressures.add_to(result)
         blocks: list[RecordBlock] = []
         for output in self._outputs:
             blocks += output.blocks(self._bag.channels[output.name], result)

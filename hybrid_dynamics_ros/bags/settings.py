@@ -81,6 +81,7 @@ def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
     pipeline = Pipeline(robot, bandwidth, max_gap, settings[MEASURED], kalman_of(settings))
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
     pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
+    pipeline.pressures.max_age = settings[PARTIAL_AGE]
     if settings[PASS_THROUGH]:
         pipeline.pass_through(settings[PARTIAL_AGE])
     evaluator = pipeline.evaluator

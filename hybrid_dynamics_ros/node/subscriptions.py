@@ -6,10 +6,12 @@ import time
 import traceback
 from typing import Final
 
-from hybrid_dynamics_msgs.msg import JointMotion
+from hybrid_dynamics_msgs.msg import CylinderStates, JointMotion
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core.errors import HybridDynamicsError
@@ -17,11 +19,13 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 from ..messages import conversions
 from ..messages.joint_samples import (
     JointSample,
+    RejectedError,
     Rejection,
     RejectionCode,
     oversized,
     rejection_of,
 )
+from ..messages.pressures import sample_of_pressures
 from ..parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP, PASS_THROUGH
 from ..stream.filter.filter import StampEvent
 from ..stream.rate_limit import ThrottledLog
@@ -69,6 +73,11 @@ class Stream:
         self._subscribe(JointState, "~/active_joint_states", states)
         motions = reader_of(JointMotion, conversions.sample_of_motion)
         self._subscribe(JointMotion, "~/active_joint_motions", motions)
+        pressures = InputTopic(
+            self._node, CylinderStates, "~/cylinder_pressures", self._profile(), states
+        )
+        pressures.open(self._on_message, self._take_pressures)
+        self.inputs.append(pressures)
 
     def destroy(self) -> None:
         """Take the topics away."""
@@ -77,14 +86,15 @@ class Stream:
             source.destroy()
         self._publishers.destroy()
 
-    def _subscribe(self, kind: type, topic: str, read: Read) -> None:
+    def _profile(self) -> QoSProfile:
         settings = self._runtime.settings
-        profile = qos.profile(settings[INPUT_QOS], settings[INPUT_DEPTH])
+        return qos.profile(settings[INPUT_QOS], settings[INPUT_DEPTH])
 
+    def _subscribe(self, kind: type, topic: str, read: Read) -> None:
         def answer(message: bytes) -> bool:
             return self._process(source, message)
 
-        source = InputTopic(self._node, kind, topic, profile, read)
+        source = InputTopic(self._node, kind, topic, self._profile(), read)
         source.open(self._on_message, answer)
         self.inputs.append(source)
 
@@ -128,6 +138,20 @@ class Stream:
             self._refuse(rejection)
         self._runtime.monitor.answered(time.perf_counter() - start)
         return rejection is None
+
+    def _take_pressures(self, message: bytes) -> bool:
+        """Remember measured pressures; False where they cannot be used."""
+        try:
+            sample = sample_of_pressures(deserialize_message(message, CylinderStates))
+            with self._runtime.lock:
+                self._runtime.pipeline.pressures.take(sample)
+        except RejectedError as error:
+            self._refuse(error.rejection)
+            return False
+        except Exception:  # noqa: BLE001 - as in `_attempt`
+            self._refuse(_fault())
+            return False
+        return True
 
     def _attempt(self, read: Read, message: bytes) -> Rejection | None:
         """Answer a message, or say why not; it counts once, wherever it fails."""

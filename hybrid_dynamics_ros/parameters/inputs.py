@@ -64,7 +64,7 @@ PARTIAL_AGE: Final = Parameter[float](
     "partial_messages.max_age",
     0.2,
     "Messages that have some of the measured joints are joined where their stamps are no further"
-    " apart than this. 0: they are refused.",
+    " apart than this; pressures are joined with joint states so too. 0: they are refused.",
     unit="s",
     bounds=(0.0, 3600.0),
     change=ChangeTime.ANY_TIME,

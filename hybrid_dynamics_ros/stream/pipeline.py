@@ -25,7 +25,8 @@ from ..messages.joint_samples import (
     rejection_of,
     resting_joints,
 )
-from ..messages.readings import ReadingOrder
+from ..messages.pressures import PressureInput
+from ..messages.readings import MAX_AGE, ReadingOrder
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
 from .filter.routes import Kalman
@@ -88,6 +89,7 @@ class Pipeline:
         evaluator: does the work.
         readings: of joint states, which may lack what others have.
         extras: joints that the robot has not; None: they are ignored.
+        pressures: of the cylinders.
         counts: what happened to the samples so far.
     """
 
@@ -106,6 +108,7 @@ class Pipeline:
         self._order = JointOrder(self.evaluator.measured, resting)
         self.readings = ReadingOrder(self.evaluator.measured, resting)
         self.extras: PassThrough | None = None
+        self.pressures = PressureInput(robot, MAX_AGE)
 
     def pass_through(self, max_age: float) -> None:
         """Let joints that the robot has not go through, no older than this [s]."""
@@ -136,6 +139,8 @@ class Pipeline:
         if result is None:
             self.counts.waiting += 1
             return None
+        if self.pressures.newest:
+            result.measured_forces = self.pressures.at(result.stamp_ns, self.pressures.newest)
         if result.efforts is not None:
             self.counts.with_efforts += 1
         if result.event is not None:

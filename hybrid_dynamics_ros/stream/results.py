@@ -40,6 +40,8 @@ class MotionResult:
         branch: assembly mode of each loop by name, the same for all rows.
         event: what the stamp meant to the filter; None where it was not asked, and of rows.
         extras: joints beside those of the robot, of rows one for each, or None.
+        measured_forces: of the drives (d,) [N], from pressures; NaN where there are none, and None
+            where there are none of any drive; of rows (N, d), NaN there.
         make_state: makes `state` of what was computed for the arrays above.
     """
 
@@ -56,6 +58,7 @@ class MotionResult:
     event: StampEvent | None
     make_state: Callable[[], ClosedState] = field(repr=False)
     extras: Any = None
+    measured_forces: FloatArray | None = None
 
     @cached_property
     def state(self) -> ClosedState:
@@ -121,6 +124,7 @@ class MotionResult:
             residual=self.residual[which],
             distances=self.distances[which],
             make_state=lambda: self.state.rows(which),
+            measured_forces=_rows_of(self.measured_forces, which),
             extras=None if self.extras is None else [self.extras[k] for k in which.tolist()],
         )
 

@@ -124,6 +124,7 @@ class Runtime:
         self.evaluator.loads = loads
         self.evaluator.calibrate(calibration_of(settings, self.measured))
         self.pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
+        self.pipeline.pressures.max_age = settings[PARTIAL_AGE]
         if settings[PASS_THROUGH]:
             self.pipeline.pass_through(settings[PARTIAL_AGE])
         if any(settings[row] != self.settings[row] for row in FILTER_ROWS):

@@ -181,6 +181,40 @@ class RequiredEfforts(OutputTopic):
         return self._template, values
 
 
+class MeasuredEfforts(OutputTopic):
+    """Forces of the cylinders from measured pressures, beside the required ones; NaN elsewhere.
+
+    Nothing where no pressures came in.
+    """
+
+    name, kind = "measured_efforts", JOINT_STATE
+
+    def __init__(self, robot: Robot) -> None:
+        drives = robot.drives
+        self._places = [robot.coordinates.index(name) for name in drives]
+        self._templates = [
+            joint_state_template(drives, velocity=has_velocity, effort=True)
+            for has_velocity in (False, True)
+        ]
+
+    def message(self, result: MotionResult) -> Message | None:
+        """Position, velocity where it is known, and effort."""
+        forces = result.measured_forces
+        if forces is None:
+            return None
+        values = [result.position[..., self._places]]
+        if result.velocity is not None:
+            values.append(result.velocity[..., self._places])
+        return self._templates[len(values) - 1], [*values, forces]
+
+    def groups(self, result: MotionResult) -> Sequence[Rows]:
+        """Rows with pressures."""
+        forces = result.measured_forces
+        if forces is None:
+            return []
+        return [np.flatnonzero(~np.isnan(forces).all(axis=1))]
+
+
 class ClosedStates(OutputTopic):
     """Residual, assembly modes, distances to singularities and to the ends of strokes."""
 
@@ -353,6 +387,7 @@ class Transforms(OutputTopic):
 TOPICS: Final = (
     JointStates,
     RequiredEfforts,
+    MeasuredEfforts,
     ClosedStates,
     EndEffectorPose,
     EndEffectorTwist,
@@ -367,6 +402,7 @@ def topics_of(robot: Robot, settings: NodeSettings) -> list[OutputTopic]:
     topics: list[OutputTopic] = [
         JointStates(robot),
         RequiredEfforts(robot),
+        MeasuredEfforts(robot),
         ClosedStates(robot),
         EndEffectorPose(names),
         EndEffectorTwist(robot, names),

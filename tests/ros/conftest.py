@@ -50,7 +50,7 @@ os.environ.pop("RMW_IMPLEMENTATION", None)
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from hybrid_dynamics_msgs.msg import JointMotion
+from hybrid_dynamics_msgs.msg import CylinderStates, JointMotion
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
@@ -142,6 +142,7 @@ class Client:
             for name, kind in (
                 ("active_joint_states", JointState),
                 ("active_joint_motions", JointMotion),
+                ("cylinder_pressures", CylinderStates),
                 ("joint_trajectory", JointTrajectory),
             )
         }

@@ -4,7 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from hybrid_dynamics_msgs.msg import CylinderStates
 from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_core import load
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 AT = [2.95, 0.1, 0.15, 0.0]
@@ -82,6 +85,31 @@ def test_extra_joints_pass_through_where_the_node_is_told_so(start_node, connect
     assert states.name[-1] == "finger"
     assert states.position[-1] == 0.02
     assert len(states.position) == 13
+
+
+def test_pressures_are_measured_efforts(start_node, connect):
+    start_node("-r", "__ns:=/dig", "-p", "robot:=excavator", "-p", "log_period:=0.0")
+    client = connect("/dig/hybrid_dynamics", only=("describe_robot",))
+    robot = load("excavator")
+    pressures = CylinderStates(
+        name=["boom_cylinder", "bucket_cylinder"],
+        cap_pressure=[12e6, 2e6],
+        rod_pressure=[1e6, math.nan],
+    )
+    state = JointState(name=list(robot.active), position=robot.reference.tolist())
+
+    def answer():
+        stamp = client.new_stamp(0.01)
+        client.publish("cylinder_pressures", pressures, stamp)
+        client.publish("active_joint_states", state, stamp)
+        return client.received("measured_efforts", stamp - 100 * 10**6)
+
+    measured = client.wait_until(answer, "efforts from pressures", 60.0)
+    assert list(measured.name) == list(robot.drives)
+    boom = robot.cylinders["boom_cylinder"]
+    force = boom.sign * (12e6 * boom.cap_area - 1e6 * boom.rod_area)
+    np.testing.assert_allclose(measured.effort, [math.nan, force, math.nan, math.nan])
+    np.testing.assert_allclose(measured.position, robot.reference)
 
 
 def test_two_drivers_are_joined(client):

@@ -1,0 +1,80 @@
+"""Pressures of a recording, joined with its joint states in the order in which both were logged."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..messages.interfaces import deserialize
+from ..messages.joint_samples import RejectedError
+from ..messages.pressures import PRESSURES, MeasuredForces, PressureInput, sample_of_pressures
+from .batch_outputs import NODE
+from .batch_pipeline import BatchResult
+from .storage.bag_reader import BagReader
+from .storage.storage import Losses
+
+PRESSURE_INPUT = f"{NODE}/cylinder_pressures"
+_COMPUTED = f"{NODE}/cylinder_states"
+
+
+class RecordedPressures:
+    """What was measured of the cylinders until each time of a bag."""
+
+    def __init__(self, pressures: PressureInput, source: BagReader, losses: Losses) -> None:
+        """Read all pressures of a bag.
+
+        Args:
+            pressures: of the pipeline.
+            source: the bag.
+            losses: messages that cannot be used are added.
+        """
+        self._pressures = pressures
+        log_ns: list[int] = []
+        newest: list[tuple[MeasuredForces, ...]] = []
+        topic = _topic_of(source)
+        for _, messages in source.read(frozenset([topic])) if topic else ():
+            for row, log in enumerate(messages.log_ns.tolist()):
+                problem = self._take(messages.message(row))
+                if problem:
+                    losses.add(f"{topic}: message logged at {log} ns: {problem}")
+                log_ns.append(log)
+                newest.append(pressures.newest)
+        pressures.newest = ()
+        order = np.argsort(np.array(log_ns, dtype=np.int64), kind="stable")
+        self._log_ns = np.array(log_ns, dtype=np.int64)[order]
+        self._newest = [(), *(newest[k] for k in order)]
+
+    def _take(self, data: bytes) -> str:
+        """Take a message, or say why it cannot be used."""
+        try:
+            self._pressures.take(sample_of_pressures(deserialize(data, PRESSURES)))
+        except RejectedError as error:
+            return error.rejection.text
+        except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes
+            return str(error) or type(error).__name__
+        return ""
+
+    def add_to(self, result: BatchResult) -> None:
+        """Give results the forces that were measured until then."""
+        if not len(self._log_ns):
+            return
+        places = np.searchsorted(self._log_ns, result.log_ns, side="right").tolist()
+        stamps = result.stamp_ns.tolist()
+        forces = np.full((len(stamps), len(self._pressures.drives)), np.nan)
+        for row, (stamp, place) in enumerate(zip(stamps, places, strict=True)):
+            measured = self._pressures.at(stamp, self._newest[place])
+            if measured is not None:
+                forces[row] = measured
+        start = 0
+        for run in result.runs:
+            end = start + len(run.position)
+            run.measured_forces = forces[start:end]
+            start = end
+
+
+def _topic_of(source: BagReader) -> str:
+    """The topic with pressures; "" where there is none or it is not clear."""
+    if PRESSURE_INPUT in source.topics:
+        return PRESSURE_INPUT
+    names = [topic.name for topic in source.topics.values() if topic.kind == PRESSURES]
+    measured = [name for name in names if name != _COMPUTED]
+    return measured[0] if len(measured) == 1 else ""
