@@ -9,8 +9,9 @@ from typing import Final
 from hybrid_dynamics_core import Robot
 
 from ..parameters import NodeSettings
+from ..stream.output_topic import OutputTopic
 from ..stream.rate_limit import RateLimit
-from ..stream.topics import OutputTopic, topics_of
+from ..stream.topics import topics_of
 from .batch_pipeline import BatchResult
 from .storage.mcap_chunk import RecordBlock
 

@@ -18,9 +18,9 @@ from ..parameters import (
     Parameter,
     ParameterError,
 )
+from ..stream.output_topic import OutputTopic
 from ..stream.rate_limit import RateLimit
 from ..stream.results import MotionResult
-from ..stream.topics import OutputTopic
 from . import qos
 
 Send = Callable[[Any], None]

@@ -21,9 +21,9 @@ from hybrid_dynamics_ros.messages.joint_samples import (
     RejectionCode,
     resting_joints,
 )
+from hybrid_dynamics_ros.stream.joint_topics import JointStates, RequiredEfforts
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
-from hybrid_dynamics_ros.stream.topics import JointStates, RequiredEfforts
 from tests.bags.messages import START, joint_state, messages_of
 from tests.export.test_round_trip import CART
 from tests.sampling import examples

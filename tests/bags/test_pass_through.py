@@ -14,9 +14,9 @@ from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.parameters import PASS_THROUGH, NodeSettings
+from hybrid_dynamics_ros.stream.joint_topics import JointStates
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
-from hybrid_dynamics_ros.stream.topics import JointStates
 from tests.bags.messages import START, bag, joint_state, messages_of
 from tests.sampling import examples
 

@@ -26,8 +26,8 @@ from hybrid_dynamics_ros.messages.pressures import (
     PressureSample,
     sample_of_pressures,
 )
+from hybrid_dynamics_ros.stream.joint_topics import MeasuredEfforts
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
-from hybrid_dynamics_ros.stream.topics import MeasuredEfforts
 from tests.bags.messages import START, joint_state, motion_of
 from tests.sampling import examples
 
