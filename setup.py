@@ -18,6 +18,7 @@ EXTRAS = {
     "dask": ["distributed"],
     "parquet": ["pyarrow"],
     "view": ["viser>=1.1"],
+    "xacro": ["xacro>=2.1"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names:
     # the others resolve to newer distributions. The extra fastrtps brings the middleware. The
     # interfaces come from this repository: pip install ./msg_defs ".[ros]"
@@ -47,6 +48,7 @@ EXTRAS = {
         "rosbags>=0.11",
         "setuptools>=70.1,<80",  # builds the sdist and the wheel that are tried
         "viser>=1.1",
+        "xacro>=2.1",
     ],
     "docs": [
         "click",

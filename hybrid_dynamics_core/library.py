@@ -23,7 +23,7 @@ from .ground.regular_files import answered_in_time
 from .ground.suggestions import suggestion
 from .robot.robot import Robot
 
-_SUFFIXES = (".yaml", ".yml", ".json", ".urdf", ".sdf", ".xml", ".mjcf")
+_SUFFIXES = (".yaml", ".yml", ".json", ".urdf", ".sdf", ".xml", ".mjcf", ".xacro")
 
 
 def shipped_robots() -> tuple[str, ...]:
@@ -44,7 +44,7 @@ def load(
     """A robot from a shipped name such as "forging_chu2020", or from a description file.
 
     The content of the file tells its format: YAML or JSON, URDF(+), robot.yaml beside a URDF,
-    SDFormat, or MJCF.
+    SDFormat, or MJCF. A file whose name ends in .xacro is expanded first.
 
     Args:
         robot: name of a shipped robot, or path of a file.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
@@ -133,6 +133,11 @@ class Document:
     def set_location(self, path: KeyPath, file: FilePath, line: int) -> None:
         """Say where an entry inside an added one stands."""
         self._locations[path] = (file, line)
+
+    def add_files(self, files: Iterable[Path]) -> None:
+        """Remember files that were read, and in which no entry stands."""
+        for file in files:
+            self._locations["read", len(self._locations)] = (file, 1)
 
     def subdocument(self, name: str) -> Document:
         """A top-level mapping as a document of its own; empty where there is none."""

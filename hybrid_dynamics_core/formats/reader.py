@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +25,12 @@ from .gepetto.reader import gepetto_document, is_gepetto
 from .mjcf.reader import mjcf_document
 from .sdf.reader import sdf_document
 from .urdf.reader import expand_urdf
-from .xml.located_xml import parse_xml
+from .xacro.expand import expand_xacro, is_xacro_name
+from .xml.located_xml import LocatedElement, parse_xml
 
+XmlDocument = Callable[[LocatedElement, Path], Document]
+
+_XML_READERS: dict[str, XmlDocument] = {"sdf": sdf_document, "mujoco": mjcf_document}
 _ALL_DRIVEN = ["all"]  # until the joints are known
 _FARTHEST = {"link": "farthest"}
 
@@ -34,7 +38,8 @@ _FARTHEST = {"link": "farthest"}
 def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> RobotDescription:
     """Read, check and expand a description file; its content tells which kind it is.
 
-    Kinds: YAML or JSON of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF.
+    Kinds: YAML or JSON of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF,
+    and xacro files of these, whose names end in .xacro.
 
     Args:
         path: of the file.
@@ -52,13 +57,15 @@ def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> Rob
         return parse_description(text, path, options)
     if options.parameters:
         raise InputError(f"parameters: {path} has none; description files (YAML, JSON) have them")
-    _refuse_xacro_args(options, path)
     root = parse_xml(text, path)
-    if root.tag == "sdf":
-        return _described(sdf_document(root, path))
-    if root.tag == "mujoco":
-        return _described(mjcf_document(root, path))
-    return read_urdf(path)
+    reader = _XML_READERS.get(root.tag)
+    if not is_xacro_name(path):
+        _refuse_xacro_args(options, path)
+    elif reader is not None:
+        return _expanded(path, options, reader)
+    if reader is not None:
+        return _described(reader(root, path))
+    return read_urdf(path, options=options)
 
 
 def parse_description(
@@ -78,7 +85,8 @@ def parse_description(
     document = read_yaml(_without_tabs(text), file)
     document.options = options
     _set_parameters(document)
-    _refuse_xacro_args(options, file)
+    if not _names_xacro(document.data):
+        _refuse_xacro_args(options, file)
     if is_gepetto(document.data):
         return _described(gepetto_document(document))
     check_schema(document)
@@ -90,6 +98,7 @@ def read_urdf(
     closures: Mapping[str, Any] | None = None,
     active: Sequence[str] = (),
     end_effector: str | Mapping[str, Any] | None = None,
+    options: FileOptions = NO_OPTIONS,
     **entries: Any,
 ) -> RobotDescription:
     """A robot from a URDF file, with loops and driven joints as plain data of a description file.
@@ -99,6 +108,7 @@ def read_urdf(
         closures: {name: {kind, between: {link: place, link: place}}}.
         active: driven joints; all without closures, those of a URDF+ where it has them.
         end_effector: a link or {link, xyz, rpy}; None for the link behind the most joints.
+        options: what the file is read with.
         entries: others of a description file, such as `reference` or `frames`.
 
     Raises:
@@ -117,7 +127,7 @@ def read_urdf(
         "active": list(active or _ALL_DRIVEN),
         "end_effector": dict(_FARTHEST if end_effector is None else end_effector),
     }
-    document = Document(data, path, {})
+    document = Document(data, path, {}, options)
     check_schema(document)
     data["name"] = expand_urdf(document, is_alone=True)
     data.update(entries)
@@ -132,6 +142,23 @@ def read_urdf(
     elif data["end_effector"] == _FARTHEST:
         data["end_effector"] = {"link": farthest_link(document)}
     return _described(document)
+
+
+def _expanded(path: Path, options: FileOptions, reader: XmlDocument) -> RobotDescription:
+    """The robot of a xacro file that becomes SDFormat or MJCF."""
+    expansion = expand_xacro(path, options)
+    document = reader(expansion.root, path)
+    document.add_files(expansion.files)
+    document.notes.extend(expansion.notes)
+    return _described(document)
+
+
+def _names_xacro(data: Any) -> bool:
+    """Whether a description has its links and joints from a xacro file."""
+    entry = data.get("urdf") if isinstance(data, dict) else None
+    if isinstance(entry, dict):
+        entry = entry.get("file")
+    return isinstance(entry, str) and is_xacro_name(Path(entry))
 
 
 def _set_parameters(document: Document) -> None:

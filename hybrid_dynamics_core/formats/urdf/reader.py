@@ -8,11 +8,15 @@ a universal joint two.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from ...description.document import Data, Document, KeyPath
+from ...ground.file_options import file_options
 from ...ground.regular_files import may_be_file
 from ...ground.suggestions import suggestion
+from ..packages import PackageError, Packages
+from ..xacro.expand import expand_xacro, is_xacro_name
 from ..xml.located_xml import LocatedElement, read_xml
 from ..xml.reader import XmlReader
 from .closing_joints import ClosingJoints
@@ -26,6 +30,10 @@ from .words import WordCheck
 
 _INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _PRODUCTS = ("xy", "xz", "yz")
+_XACRO = (
+    "is a xacro file; its expressions are evaluated only where its name ends in .xacro: rename it,"
+    " or run it through xacro first"
+)
 _MAX_LISTED = 8  # links in a message
 
 
@@ -51,7 +59,7 @@ def add_urdf(
     Raises:
         DescriptionError: the file is wrong, or says what is not covered.
     """
-    root = read_xml(file)
+    root = _root_of(document, file)
     xml = XmlReader(file, root, document)
     reader = _UrdfReader(xml)
     reader.check_root()
@@ -77,6 +85,16 @@ def add_urdf(
     if is_alone:
         _add_active(xml, drives.motors)
     return root.get("name", file.stem)
+
+
+def _root_of(document: Document, file: Path) -> LocatedElement:
+    """The root element of a file; one that is named as xacro is expanded."""
+    if not is_xacro_name(file):
+        return read_xml(file)
+    expansion = expand_xacro(file, document.options)
+    document.add_files(expansion.files)
+    document.notes.extend(expansion.notes)
+    return expansion.root
 
 
 def _add_active(xml: XmlReader, motors: list[str]) -> None:
@@ -107,16 +125,27 @@ def expand_urdf(document: Document, is_alone: bool = False) -> str:
     if isinstance(entry, str):
         entry = {"file": entry}
         key = ("urdf",)
-    folder = Path()
-    if document.file:
-        folder = Path(document.file).parent
-    file = folder / entry["file"]
+    file = _named_file(document, entry["file"], key)
+    given = entry.get("xacro_args", {})
+    arguments = file_options(xacro_args=given).xacro_args
+    options = document.options
+    document.options = replace(options, xacro_args={**arguments, **options.xacro_args})
+    replacements = entry.get("replace", {})
+    return add_urdf(document, file, replacements, ("urdf", "replace"), is_alone)
+
+
+def _named_file(document: Document, name: str, key: KeyPath) -> Path:
+    """The file that a description names, by a path from its folder or in a package."""
+    here = Path(document.file or "robot.yaml")
+    try:
+        file = Packages(here, document.options.search_path).resolve(name, here.parent)
+    except PackageError as error:
+        raise document.error(key, str(error)) from error
     if not may_be_file(file):
         raise document.error(
             key, f"there is no file {file}; the path starts at the folder of this file"
         )
-    replacements = entry.get("replace", {})
-    return add_urdf(document, file, replacements, ("urdf", "replace"), is_alone)
+    return file
 
 
 class _UrdfReader:
@@ -133,7 +162,7 @@ class _UrdfReader:
         if root.tag != "robot":
             raise self.xml.error(root, (), f"<{root.tag}> is not a URDF; its root is <robot>")
         if _is_xacro(root):
-            raise self.xml.error(root, (), "is a xacro file; run it through xacro first")
+            raise self.xml.error(root, (), _XACRO)
         WordCheck(self.xml).check()
 
     # -- links

@@ -1,0 +1,150 @@
+"""Packages of ROS by name, without ROS; and which files a robot file may lead to.
+
+A package is looked for by the folder of the file, then in AMENT_PREFIX_PATH, then in the search
+path that the user gives: never anywhere else.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ..ground.regular_files import may_be_file, read_regular
+
+SCHEME = "package://"
+_MANIFEST = "package.xml"
+_LARGEST_MANIFEST = 100_000  # bytes that are read
+_MAX_BESIDE = 2_000  # folders beside each other that are looked at
+_TITLE = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
+_VALID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+
+
+class PackageError(Exception):
+    """There is no such package, or a file is out of reach; the message reads as a sentence."""
+
+
+class Packages:
+    """Finds packages for one file, and knows which files it may read.
+
+    These are files below its folder, its package, the packages that it names, and the search path.
+    """
+
+    def __init__(self, file: Path, search_path: Iterable[str | Path] = ()) -> None:
+        self.folder = Path(os.path.abspath(file)).parent  # noqa: PTH100 - links stay as they are
+        self.search_path = [Path(folder).absolute() for folder in search_path]
+        prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+        self.prefixes = [Path(prefix) for prefix in prefixes if prefix]
+        self.package = self._enclosing_package()
+        inside = {self.folder, self.package, file.resolve().parent, *self.search_path}
+        self._roots = {folder.resolve() for folder in inside}
+        self._installed: set[Path] = set()  # with links to where they were built
+
+    def find(self, name: str) -> Path:
+        """The folder of a package.
+
+        Raises:
+            PackageError: there is none; with what was searched.
+        """
+        if not _VALID.fullmatch(name):
+            raise PackageError(f"'{name}' is no name of a package")
+        for folder in self._candidates():
+            if _is_package(folder, name):
+                self._roots.add(folder.resolve())
+                return folder
+        for prefix in self.prefixes:
+            installed = prefix / "share" / name
+            if installed.is_dir():
+                self._installed.add(installed)
+                return installed
+        for folder in self._in_search_path(name):
+            if _is_package(folder, name):
+                return folder
+        raise PackageError(f"there is no package '{name}'; {self._searched()}")
+
+    def resolve(self, uri: str, folder: Path | None = None) -> Path:
+        """The file of `package://PACKAGE/PATH`, `file://PATH`, or a path from a folder.
+
+        Args:
+            uri: what the file says.
+            folder: where paths start; None for the folder of the file.
+
+        Raises:
+            PackageError: there is no such package, or the file is out of reach.
+        """
+        path = Path(uri.removeprefix("file://"))
+        if uri.startswith(SCHEME):
+            name, _, inside = uri.removeprefix(SCHEME).partition("/")
+            path = self.find(name) / inside
+        path = (folder or self.folder) / path
+        self.require(path)
+        return path
+
+    def require(self, path: Path) -> None:
+        """Refuse a file that the robot file must not lead to.
+
+        Raises:
+            PackageError: it is not below one of the folders that may be read.
+        """
+        plain = Path(os.path.abspath(path))  # noqa: PTH100 - links stay as they are
+        if any(plain.is_relative_to(root) for root in self._installed):
+            return
+        real = path.resolve()
+        if any(real.is_relative_to(root) for root in self._roots):
+            return
+        roots = ", ".join(sorted(map(str, self._roots)))
+        raise PackageError(
+            f"{path} is not below {roots}; what a robot file reads has to be in its folder, its"
+            " package or the search path (search_path, --search-path)"
+        )
+
+    def _enclosing_package(self) -> Path:
+        """The nearest folder around the file that is a package; else the file's own folder."""
+        for folder in (self.folder, *self.folder.parents):
+            if may_be_file(folder / _MANIFEST):
+                return folder
+        return self.folder
+
+    def _candidates(self) -> Iterator[Path]:
+        """Folders around the file, then those beside its package."""
+        yield from (self.folder, *self.folder.parents)
+        yield from _folders_in(self.package.parent)
+
+    def _in_search_path(self, name: str) -> Iterator[Path]:
+        for folder in self.search_path:
+            yield folder
+            yield folder / name
+            yield from _folders_in(folder)
+
+    def _searched(self) -> str:
+        """What was searched, and what to do."""
+        prefixes = ", ".join(map(str, self.prefixes)) or "not set"
+        folders = ", ".join(map(str, self.search_path)) or "none given"
+        return (
+            f"searched: folders around {self.folder}, folders beside {self.package},"
+            f" AMENT_PREFIX_PATH ({prefixes}), search path ({folders}); give the folder in which it"
+            " is as search_path or --search-path"
+        )
+
+
+def _folders_in(folder: Path) -> Iterator[Path]:
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError:
+        return
+    for entry in entries[:_MAX_BESIDE]:
+        if entry.is_dir():
+            yield Path(entry.path)
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    """Whether a folder is a package by its package.xml, or by its own name where it has none."""
+    manifest = folder / _MANIFEST
+    if not manifest.exists():
+        return folder.name == name and folder.is_dir()
+    try:
+        title = _TITLE.search(read_regular(manifest, _LARGEST_MANIFEST))
+    except OSError:
+        return False
+    return title is not None and title[1].decode() == name
