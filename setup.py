@@ -23,6 +23,7 @@ EXTRAS = {
     # the others resolve to newer distributions. The extra fastrtps brings the middleware. The
     # interfaces come from this repository: pip install ./msg_defs ".[ros]"
     "ros": [
+        "ros-jazzy-action-msgs==2.0.3",
         "ros-jazzy-builtin-interfaces==2.0.3",
         "ros-jazzy-diagnostic-msgs==5.3.6",
         "ros-jazzy-geometry-msgs==5.3.6",

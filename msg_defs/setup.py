@@ -65,6 +65,7 @@ setup(
     license=PACKAGE.findtext("license"),
     python_requires=">=3.11",
     install_requires=[
+        "ros-jazzy-action-msgs==2.0.3",
         "ros-jazzy-geometry-msgs==5.3.6",
         "ros-jazzy-sensor-msgs==5.3.6",
         "ros-jazzy-std-msgs==5.3.6",

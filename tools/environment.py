@@ -74,6 +74,7 @@ INTERFACE_INPUTS = (
     "package.xml",
     "*.txt",
     "cmake/*",
+    "action/*",
     "msg/*",
     "srv/*",
 )

@@ -114,6 +114,7 @@ class HybridDynamicsNode(EventFreeNode):
             self._stream = Stream(self, runtime, self._log)
             names = frame_names(robot, self.settings)
             targets = target_frames(self, names, self.settings)
+            self._calls.offer_following(robot, self.settings)
         except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
             return self._fail(one_line(error))
         except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid

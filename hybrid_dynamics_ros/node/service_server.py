@@ -5,21 +5,23 @@ None is in the way of the stream.
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final
 
-from hybrid_dynamics_msgs.srv import ConvertTrajectory
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
 from rclpy.service import Service as RosService
-from trajectory_msgs.msg import JointTrajectory
 
+from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
+from ..actions.convert import ConvertAction
+from ..actions.follow import FollowAction
 from ..messages.joint_samples import Rejection, RejectionCode, rejection_of
-from ..parameters import QUEUE, TIMEOUT
+from ..parameters import FOLLOW_ACTION, QUEUE, TIMEOUT, NodeSettings
 from ..services.answers import OK, guarded, refused
 from ..services.code_maker import CodeMaker
 from ..services.context import ServiceContext
@@ -29,10 +31,10 @@ from ..stream.conditions import ConditionChange, NewMode
 from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
 from .target_frames import TargetFrames
+from .trajectory_topics import TrajectoryTopics
 
 # The usual ten that wait would let calls of a flood vanish unanswered.
 _REQUESTS: Final = QoSProfile(depth=1000)
-TRAJECTORY: Final = "convert_trajectory"
 _UNREADY: Final = Rejection(
     RejectionCode.NOT_READY, "the node is not configured: it has no robot yet"
 )
@@ -103,8 +105,9 @@ class ServiceServer:
             name, respond = f"~/{service.name}", self._responder(service)
             server = node.create_service(service.kind, name, respond, qos_profile=_REQUESTS)
             defer_responses(server)
-        self._converted = node.create_publisher(JointTrajectory, "~/active_joint_trajectory", 10)
-        node.create_subscription(JointTrajectory, "~/joint_trajectory", self._on_trajectory, 10)
+        self._trajectories = TrajectoryTopics(node, self.run, lambda: self.active)
+        self._converting = ConvertAction(node, self.run)
+        self._following: FollowAction | None = None
 
     def open(self, runtime: Runtime, targets: TargetFrames | None = None) -> None:
         """Answer for this robot from now on.
@@ -120,6 +123,16 @@ class ServiceServer:
         self._changer = ThreadPoolExecutor(1, "changes")
         self._runtime = runtime
 
+    def offer_following(self, robot: Robot, settings: NodeSettings) -> None:
+        """Offer ~/follow_joint_trajectory, where a parameter names the controller's action.
+
+        Raises:
+            ParameterError: control_msgs is not installed.
+        """
+        controller = settings[FOLLOW_ACTION]
+        if controller:
+            self._following = FollowAction(self._node, controller, robot.coordinates, self.run)
+
     def close(self) -> None:
         """Answer NOT_READY from now on."""
         self._runtime = None
@@ -132,6 +145,9 @@ class ServiceServer:
         if self._targets is not None:
             self._targets.destroy()
         self._workers = self._changer = self._code = self._targets = None
+        if self._following is not None:
+            self._following.destroy()
+        self._following = None
 
     @property
     def runtime(self) -> Runtime | None:
@@ -153,19 +169,20 @@ class ServiceServer:
 
         return respond
 
-    def _on_trajectory(self, message: JointTrajectory) -> None:
-        if not self.active:
-            return
-        service = next(service for service in TABLE if service.name == TRAJECTORY)
+    def run(self, service: Service, request: Any, give: Give, *, is_begun: bool = False) -> None:
+        """Have a call answered that does not come from a client of a service.
 
-        def publish(response: Any) -> None:
-            if response.error_code == OK:
-                self._converted.publish(response.trajectory)
+        Args:
+            service: what is asked.
+            request: its request.
+            give: gets the response, in some thread.
+            is_begun: whether it goes on with what was begun: then no queue is too long for it.
+        """
+        self._call(service, request, service.kind.Response(), give, is_begun=is_begun)
 
-        request = ConvertTrajectory.Request(joints=message)
-        self._call(service, request, ConvertTrajectory.Response(), publish)
-
-    def _call(self, service: Service, request: Any, response: Any, give: Give) -> None:
+    def _call(
+        self, service: Service, request: Any, response: Any, give: Give, *, is_begun: bool = False
+    ) -> None:
         runtime, workers, changer = self._runtime, self._workers, self._changer
         if runtime is None or workers is None or changer is None:
             self._give(service, refused(response, _UNREADY), give)
@@ -194,7 +211,8 @@ class ServiceServer:
             done(*guarded(service.answer, context, request, response))
         else:
             call = ServiceCall(service.name, request, situation, settings[TIMEOUT], done)
-            workers.submit(service.lane, call, settings[QUEUE])
+            most = sys.maxsize if is_begun else settings[QUEUE]
+            workers.submit(service.lane, call, most)
 
     def _change(
         self, service: Service, runtime: Runtime, change: ConditionChange, answered: Any

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
+from hybrid_dynamics_msgs.action import ConvertTrajectory as ConvertTrajectoryAction
 from hybrid_dynamics_msgs.srv import ConvertTrajectory, SolveIK
 from rclpy.node import Node
 from rclpy.time import Time
@@ -15,6 +16,7 @@ from rclpy.time import Time
 from ..messages import conversions
 from ..messages.joint_samples import FloatArray, Rejection, RejectionCode
 from ..parameters import TF_TARGETS, NodeSettings, ParameterError
+from ..services.trajectory_steps import TrajectoryStep
 from ..stream.frames import FrameNames
 
 
@@ -71,7 +73,9 @@ def _targets(request: Any) -> Iterator[tuple[PoseStamped, Time]]:
     """Poses of a request, and when their frames are asked for; the newest time is zero."""
     if isinstance(request, SolveIK.Request):
         yield request.target, Time.from_msg(request.target.header.stamp)
-    if isinstance(request, ConvertTrajectory.Request):
+    if isinstance(request, TrajectoryStep.Request):
+        request = request.goal
+    if isinstance(request, ConvertTrajectory.Request | ConvertTrajectoryAction.Goal):
         for pose in request.path:  # its stamps are times along the path
             yield pose, Time()
 

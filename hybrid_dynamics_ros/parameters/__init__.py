@@ -49,7 +49,7 @@ from .robot import (
     STILL,
 )
 from .row import ChangeTime, OptionalFloats, OptionalNames, Parameter, ParameterError, Value
-from .services import EFFORT_TOLERANCE, LEAST_SINGULARITY, QUEUE, TIMEOUT
+from .services import EFFORT_TOLERANCE, FOLLOW_ACTION, LEAST_SINGULARITY, QUEUE, TIMEOUT
 from .settings import NodeSettings
 from .table import ROS_NAMES, TABLE
 
@@ -62,6 +62,7 @@ __all__ = [
     "EFFORT_TOLERANCE",
     "FILTER_ROWS",
     "FILTER_TYPE",
+    "FOLLOW_ACTION",
     "FRAME_PREFIX",
     "GRAVITY",
     "INPUT_DEPTH",

@@ -37,5 +37,19 @@ EFFORT_TOLERANCE: Final = Parameter[float](
     bounds=(0.0, 1.0),
     change=ChangeTime.ANY_TIME,
 )
+FOLLOW_ACTION: Final = Parameter[str](
+    "trajectory.follow_action",
+    "",
+    "Action of the controller that follows trajectories of the active joints, such as"
+    " /joint_trajectory_controller/follow_joint_trajectory. ~/follow_joint_trajectory then takes"
+    " those of any joints. Empty: it is not offered.",
+    kind=str,
+)
 
-ROWS: Final[tuple[Parameter[Any], ...]] = (TIMEOUT, QUEUE, LEAST_SINGULARITY, EFFORT_TOLERANCE)
+ROWS: Final[tuple[Parameter[Any], ...]] = (
+    TIMEOUT,
+    QUEUE,
+    LEAST_SINGULARITY,
+    EFFORT_TOLERANCE,
+    FOLLOW_ACTION,
+)

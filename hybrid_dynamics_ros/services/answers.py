@@ -69,7 +69,7 @@ def refused(response: Any, rejection: Rejection) -> Any:
     """An empty response with the reason."""
     response.error_code = code_of(rejection)
     response.error_text = rejection.text
-    for number in ("residual", "nearest_singularity"):
+    for number in ("residual", "nearest_singularity", "first_bad_time"):
         if hasattr(response, number):
             setattr(response, number, math.nan)
     if hasattr(response, "first_bad"):

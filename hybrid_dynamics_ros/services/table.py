@@ -13,6 +13,7 @@ from .dynamics import forward_dynamics, inverse_dynamics, minimal_form, set_payl
 from .kinematics import close_loops, compute_jacobian, solve_fk, solve_ik
 from .modes import describe_robot, list_assembly_modes, switch_assembly_mode
 from .trajectory import convert_trajectory
+from .trajectory_steps import PointsOfJoints, TrajectoryStep, points_of_joints, trajectory_step
 
 
 class Lane(Enum):
@@ -54,4 +55,7 @@ TABLE: Final = (
     Service("convert_trajectory", srv.ConvertTrajectory, convert_trajectory, Lane.LONG),
     Service("describe_robot", srv.DescribeRobot, describe_robot, Lane.HERE),
 )
-BY_NAME: Final = {service.name: service for service in TABLE}
+# What actions ask of the processes; not offered as services.
+TRAJECTORY_STEP: Final = Service("trajectory_step", TrajectoryStep, trajectory_step, Lane.LONG)
+POINTS_OF_JOINTS: Final = Service("points_of_joints", PointsOfJoints, points_of_joints, Lane.SHORT)
+BY_NAME: Final = {service.name: service for service in (*TABLE, TRAJECTORY_STEP, POINTS_OF_JOINTS)}

@@ -60,6 +60,8 @@ class TrajectoryTask:
         if bool(request.path) == bool(request.joints.points):
             text = "expected either points of joints or a path, and not both"
             raise RejectedError(RejectionCode.BAD_REQUEST, text)
+        # Nothing changes on the way.
+        self._situation = context.situation
         self._start = _start(context, request)
         self._search: PathSearch | None = None
         self._conversion: Conversion | None = None
@@ -91,9 +93,15 @@ class TrajectoryTask:
         """Smallest distance to a singularity so far; 1 before anything is converted."""
         return 1.0 if self._conversion is None else self._conversion.nearest
 
+    @property
+    def velocity_maps(self) -> tuple[FloatArray, FloatArray] | None:
+        """Largest absolute entries of R (n_s, n) along the way, and those at its end."""
+        return None if self._conversion is None else self._conversion.velocity_maps
+
     def advance(self, context: ServiceContext, budget: float = math.inf) -> None:
         """Work on it, for about so long [s] where `budget` says so."""
         end = monotonic() + budget
+        context = ServiceContext(context.robot, self._situation)
         if self._conversion is None and self._search is not None:
             self._search.advance(context.robot, budget)
             if not self._search.is_done:
@@ -122,15 +130,17 @@ class TrajectoryTask:
     def fill(self, robot: Robot, response: ConvertTrajectory.Response) -> None:
         """Write what came out into a response, or the result of the action."""
         response.first_bad = -1
-        response.nearest_singularity = math.nan
+        response.first_bad_time = response.nearest_singularity = math.nan
         problem = None
         if self._conversion is not None:
             converted = self._conversion.result()
             response.trajectory = _message(robot.active, converted, self._header)
             response.nearest_singularity = converted.nearest
             problem, response.first_bad = converted.problem, converted.bad_point
+            response.first_bad_time = converted.bad_time
         if problem is None and self._search is not None and self._search.problem is not None:
             problem, response.first_bad = self._search.problem, self._search.count
+            response.first_bad_time = self._search.next_time
         if problem is not None:
             response.error_code, response.error_text = code_of(problem), problem.text
 

@@ -89,6 +89,8 @@ class Conversion:
         self._problem: Rejection | None = None
         self._bad = -1, np.nan
         self.nearest = 1.0
+        # largest entries of R along the way, and those at the end
+        self.velocity_maps: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def is_done(self) -> bool:
@@ -162,12 +164,20 @@ class Conversion:
         good = [sample for sample in piece if sample.problem is None]
         for sample in good:
             if sample.state is not None:
-                self.nearest = min(self.nearest, float(sample.state.singularity))
+                self._see(sample.state)
         if last.problem is not None:
             self._fail(last)
             return
         self._time.append(last.time)
         self._values.append(last.values)
+
+    def _see(self, state: ClosedState) -> None:
+        self.nearest = min(self.nearest, float(state.singularity))
+        here = np.abs(state.R)
+        largest = here
+        if self.velocity_maps is not None:
+            largest = np.maximum(here, self.velocity_maps[0])
+        self.velocity_maps = largest, here
 
     def _fail(self, sample: Sample) -> None:
         times, problem = self._motion.time, sample.problem

@@ -19,6 +19,9 @@ from .trajectory_motion import SmoothMotion
 _MOST_HALVINGS: Final = 10  # of an interval between two points
 _SHARE_OF_TIME: Final = 1e-6  # of an interval, to which the first bad time is found
 _MOST_SURVEYED: Final = 33  # points from which the size of the efforts is taken
+_MOST_REFINEMENTS: Final = 5  # of where a margin is least
+_LEAST_SHARE_OF_SPAN: Final = 1e-3  # of an interval, between two samples of these
+_PARABOLA_ERROR: Final = 0.5  # share of how much three margins differ
 _QUARTERS: Final = np.array([0.25, 0.5, 0.75])
 # Between the quarters a smooth effort may be further off a line than at them.
 _CAUTION: Final = 0.9
@@ -139,16 +142,31 @@ class Follower:
 
     def _checked(self, samples: list[Sample], span: float) -> list[Sample]:
         """The samples up to the first bad moment among and between them."""
-        for k, (before, after) in enumerate(pairwise(samples)):
-            if after.problem is not None:
-                return [*samples[: k + 1], self._first_bad(before, after, span)]
-            for moment in _dips(samples, k):
-                between = self.sample(moment, before.state)
-                if between.problem is not None:
-                    return [*samples[: k + 1], self._first_bad(before, between, span)]
-        return samples
+        dense = samples
+        for _ in range(_MOST_REFINEMENTS):
+            moments = _dips(dense, _LEAST_SHARE_OF_SPAN * span)
+            if not moments:
+                break
+            dense = self._with(dense, moments)
+        if dense[-1].problem is None:
+            return samples
+        return [*dense[:-1], self._first_bad(dense[-2], dense[-1], span)]
+
+    def _with(self, samples: Sequence[Sample], moments: Sequence[float]) -> list[Sample]:
+        """Samples, and those at some moments between them, as far as they are good."""
+        merged: list[Sample] = []
+        by_time = {sample.time: sample for sample in samples}
+        for moment in sorted({*by_time, *moments}):
+            sample = by_time.get(moment)
+            if sample is None:
+                sample = self.sample(moment, merged[-1].state)
+            merged.append(sample)
+            if sample.problem is not None:
+                break
+        return merged
 
     def _first_bad(self, good: Sample, bad: Sample, span: float) -> Sample:
+        """The first bad sample between a good one and a bad one."""
         while bad.time - good.time > _SHARE_OF_TIME * span:
             middle = 0.5 * (good.time + bad.time)
             if not good.time < middle < bad.time:
@@ -181,27 +199,34 @@ def _is_linear(samples: Sequence[Sample], allowed: FloatArray) -> bool:
     return bool((np.abs(efforts[1:-1] - line) <= _CAUTION * allowed).all())
 
 
-def _dips(samples: Sequence[Sample], k: int) -> list[float]:
-    """Times between sample k and the next at which a margin may be negative.
+def _dips(samples: Sequence[Sample], least_step: float) -> list[float]:
+    """Moments at which a margin may be negative while it is not at the samples around.
 
-    They are the lowest places of parabolas through three samples.
+    They are the lowest places of parabolas through three samples. A parabola may be off by a share
+    of how much the margins differ.
+
+    Args:
+        samples: in the order of time; all but the last are good.
+        least_step: to the next sample [s], below which there is nothing to be seen.
     """
-    times: list[float] = []
-    for start in (k - 1, k):
-        triple = samples[max(start, 0) : start + 3]
-        if start >= 0 and len(triple) == 3 and triple[-1].problem is None:
-            times += _lowest(triple)
-    low, high = samples[k].time, samples[k + 1].time
-    return sorted(moment for moment in times if low < moment < high)
+    moments: list[float] = []
+    times = np.array([sample.time for sample in samples])
+    if not samples[-1].margins.size:
+        samples = samples[:-1]
+    for start in range(len(samples) - 2):
+        moments += _lowest(samples[start : start + 3])
+    return [moment for moment in moments if np.abs(times - moment).min() > least_step]
 
 
 def _lowest(triple: Sequence[Sample]) -> list[float]:
-    """Times of the lowest places, below zero, of the parabolas through margins at three times."""
+    """Times of the lowest places, near or below zero, of parabolas through margins."""
     (t0, g0), (t1, g1), (t2, g2) = [(sample.time, sample.margins) for sample in triple]
     slope = (g1 - g0) / (t1 - t0)
     curvature = ((g2 - g1) / (t2 - t1) - slope) / (t2 - t0)
     with np.errstate(divide="ignore", invalid="ignore"):
         at = 0.5 * (t0 + t1 - slope / curvature)
         least = g0 + (at - t0) * (slope + curvature * (at - t1))
-    dips = (curvature > 0.0) & (least < 0.0) & (at > t0) & (at < t2)
+    margins = np.array([g0, g1, g2])
+    error = _PARABOLA_ERROR * np.ptp(margins, axis=0)
+    dips = (curvature > 0.0) & (least < error) & (at > t0) & (at < t2)
     return [float(moment) for moment in at[dips]]

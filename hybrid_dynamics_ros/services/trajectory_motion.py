@@ -167,6 +167,11 @@ class PathSearch:
         """Up to where the path is solved [s]."""
         return float(self._time[max(self.count - 1, 0)])
 
+    @property
+    def next_time(self) -> float:
+        """Of the first pose that is not solved [s]."""
+        return float(self._time[self.count])
+
     def advance(self, robot: Robot, budget: float = math.inf) -> None:
         """Solve, for about so long [s] where `budget` says so."""
         end = monotonic() + budget

@@ -29,14 +29,17 @@ def test_both_packages_carry_the_licence() -> None:
 
 def test_the_interfaces_that_are_built_are_those_that_are_there() -> None:
     cmake = (ROOT / "msg_defs" / "CMakeLists.txt").read_text(encoding="utf-8")
-    files = sorted([*ROOT.glob("msg_defs/msg/*.msg"), *ROOT.glob("msg_defs/srv/*.srv")])
+    kinds = ("action", "msg", "srv")
+    files = sorted(path for kind in kinds for path in ROOT.glob(f"msg_defs/{kind}/*.{kind}"))
     lines = [line.strip() for line in cmake.splitlines()]
-    built = [line.strip('"') for line in lines if line.endswith(('.msg"', '.srv"'))]
+    built = [line.strip('"') for line in lines if line.endswith(('.action"', '.msg"', '.srv"'))]
     assert built == [str(path.relative_to(ROOT / "msg_defs")) for path in files]
 
 
 @pytest.mark.parametrize(
-    "path", sorted(ROOT.glob("msg_defs/*/*.[ms][sr][gv]")), ids=lambda path: path.name
+    "path",
+    sorted([*ROOT.glob("msg_defs/*/*.[ms][sr][gv]"), *ROOT.glob("msg_defs/action/*.action")]),
+    ids=lambda path: path.name,
 )
 def test_every_field_of_an_interface_is_explained(path: Path) -> None:
     for block in path.read_text(encoding="utf-8").replace("---\n", "\n").split("\n\n"):

@@ -1,0 +1,71 @@
+"""An action server whose goals end when somebody says so, from any thread.
+
+rclpy's own way, a coroutine that waits, keeps a processor busy under the events executor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from enum import Enum
+from typing import Any
+
+from rclpy.action.server import ActionServer, CancelResponse, RCLError, ServerGoalHandle
+from rclpy.node import Node
+
+Work = Callable[[ServerGoalHandle], None]
+
+
+class Outcome(Enum):
+    """How a goal ends."""
+
+    SUCCEEDED = "succeed"
+    ABORTED = "abort"
+    CANCELED = "canceled"
+
+
+class GoalServer(ActionServer):
+    """Accepts every goal, begins it at once, and waits for `finish`."""
+
+    def __init__(
+        self, node: Node, kind: Any, name: str, begin: Work, cancel: Work = lambda _: None
+    ) -> None:
+        """Offer an action.
+
+        Args:
+            node: on which.
+            kind: type of the action.
+            name: of the action.
+            begin: starts the work on a goal, and returns soon.
+            cancel: is told that somebody wants a goal to end; the goal says so itself from then on.
+        """
+        self._begin, self._cancel = begin, cancel
+        super().__init__(  # type: ignore[no-untyped-call]
+            node, kind, name, begin, cancel_callback=self._on_cancel
+        )
+
+    def notify_execute(self, goal_handle: ServerGoalHandle, execute_callback: Any) -> None:
+        """rclpy calls this once a goal is accepted."""
+        del execute_callback
+        self._begin(goal_handle)
+
+    def finish(self, goal: ServerGoalHandle, outcome: Outcome, result: Any) -> None:
+        """End a goal; in a thread of the executor, some time later."""
+
+        def end(handle: ServerGoalHandle) -> Any:
+            with suppress(RCLError):  # it has ended already
+                getattr(handle, outcome.value)()
+            return result
+
+        super().notify_execute(goal, end)  # type: ignore[no-untyped-call]
+
+    def _on_cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        self._cancel(goal)
+        return CancelResponse.ACCEPT
+
+
+def tell(goal: ServerGoalHandle, feedback: Any) -> None:
+    """Publish feedback on a goal, unless it or the node is gone."""
+    with suppress(RCLError):
+        if goal.is_active:
+            goal.publish_feedback(feedback)
