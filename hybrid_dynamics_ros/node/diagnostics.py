@@ -1,8 +1,8 @@
-"""The monitor's report as diagnostic_msgs."""
+"""Reports as diagnostic_msgs, a status for each subject."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -10,29 +10,36 @@ from std_msgs.msg import Header
 
 from ..stream.monitor import Level, StatusEntry
 
+Subjects = Mapping[str, Sequence[StatusEntry]]  # what was reported, by its subject
+
 
 def diagnostic_array(
-    name: str, hardware: str, state: str, entries: Sequence[StatusEntry], stamp: Time
+    name: str, hardware: str, state: str, subjects: Subjects, stamp: Time
 ) -> DiagnosticArray:
-    """One status: the worst of its entries, which its message names.
+    """A status for each subject, as bad as the worst of its entries.
 
     Args:
         name: full name of the node.
         hardware: name of the robot, or "".
         state: lifecycle state of the node.
-        entries: what was found.
+        subjects: what was reported.
         stamp: when.
     """
+    array = DiagnosticArray(header=Header(stamp=stamp))
+    for subject, entries in subjects.items():
+        status = _status(state, entries)
+        status.name = f"{name.lstrip('/')}: {subject}"
+        status.hardware_id = hardware
+        array.status.append(status)
+    return array
+
+
+def _status(state: str, entries: Sequence[StatusEntry]) -> DiagnosticStatus:
+    """Its message is the state of the node and the worst entries."""
     worst = max((entry.level for entry in entries), default=Level.OK)
     texts = [state]
     if worst is not Level.OK:
         bad = [entry for entry in entries if entry.level == worst]
         texts += [f"{entry.name}: {entry.value}" for entry in bad]
-    status = DiagnosticStatus(
-        level=bytes([worst]),
-        name=f"{name.lstrip('/')}: stream",
-        message="; ".join(texts),
-        hardware_id=hardware,
-        values=[KeyValue(key=entry.name, value=entry.value) for entry in entries],
-    )
-    return DiagnosticArray(header=Header(stamp=stamp), status=[status])
+    values = [KeyValue(key=entry.name, value=entry.value) for entry in entries]
+    return DiagnosticStatus(level=bytes([worst]), message="; ".join(texts), values=values)

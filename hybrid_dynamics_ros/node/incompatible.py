@@ -9,7 +9,7 @@ from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSCompatibility, qos_check_compatible
+from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
@@ -21,7 +21,7 @@ def deaf_publishers(node: LifecycleNode, subscription: Subscription) -> list[str
         return []
     reasons = []
     for endpoint in node.get_publishers_info_by_topic(topic):
-        verdict = qos_check_compatible(endpoint.qos_profile, subscription.qos_profile)
+        verdict = _verdict(endpoint.qos_profile, subscription.qos_profile)
         reasons += _reason(topic, subscription.msg_type, endpoint, verdict)
     return reasons
 
@@ -33,9 +33,22 @@ def deaf_subscriptions(node: LifecycleNode, publisher: Publisher) -> list[str]:
         return []
     reasons = []
     for endpoint in node.get_subscriptions_info_by_topic(topic):
-        verdict = qos_check_compatible(publisher.qos_profile, endpoint.qos_profile)
+        verdict = _verdict(publisher.qos_profile, endpoint.qos_profile)
         reasons += _reason(topic, publisher.msg_type, endpoint, verdict)
     return reasons
+
+
+def _verdict(publisher: QoSProfile, subscription: QoSProfile) -> tuple[QoSCompatibility, str]:
+    """Whether two profiles go together in what this node's topics set."""
+    verdict: tuple[QoSCompatibility, str] = qos_check_compatible(
+        _plain(publisher), _plain(subscription)
+    )
+    return verdict
+
+
+def _plain(profile: QoSProfile) -> QoSProfile:
+    # What is not set reads as 0 here and as infinite there.
+    return QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)
 
 
 def _reason(
@@ -50,6 +63,6 @@ def _reason(
     expected = f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
     if endpoint.topic_type != expected:
         return [f"{place}: type {endpoint.topic_type}, expected {expected}"]
-    if compatibility is QoSCompatibility.ERROR:
+    if compatibility == QoSCompatibility.ERROR:  # each has an object of its own
         return [f"{place}: {text.removeprefix('ERROR: ').rstrip('; ')}"]
     return []

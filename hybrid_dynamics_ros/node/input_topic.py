@@ -26,6 +26,7 @@ class InputTopic:
     Attributes:
         name: of the topic, resolved.
         read: makes a sample of a message.
+        subscription: made by `open`.
         queue: messages that wait for their answer.
         gaps: counts messages that were lost on the way. The middleware's own event takes its locks
             in another order than the thread that receives: under losses the two wait for each
@@ -59,7 +60,7 @@ class InputTopic:
             self._put(message, information)
             on_message(self)
 
-        self._subscription = self._node.create_subscription(
+        self.subscription = self._node.create_subscription(
             self._kind,
             self._given_name,
             take,
@@ -69,19 +70,19 @@ class InputTopic:
         )
         # By its signature `take` would get the message alone.
         kinds = Subscription.CallbackType
-        self._subscription._callback_type = kinds.WithMessageInfo  # noqa: SLF001
-        self.queue = InputQueue(answer, self._subscription.qos_profile.depth)
+        self.subscription._callback_type = kinds.WithMessageInfo  # noqa: SLF001
+        self.queue = InputQueue(answer, self.subscription.qos_profile.depth)
 
     def take_all(self) -> None:
         """Put all messages that wait in the subscription into the queue."""
-        handle = self._subscription.handle
+        handle = self.subscription.handle
         with handle:
             while (taken := handle.take_message(self._kind, True)) is not None:
                 self._put(*taken)
 
     def destroy(self) -> None:
         """Take the topic away."""
-        self._node.destroy_subscription(self._subscription)
+        self._node.destroy_subscription(self.subscription)
 
     def _put(self, message: bytes, information: dict[str, Any]) -> None:
         number = information["publication_sequence_number"]

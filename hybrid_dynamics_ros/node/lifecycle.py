@@ -210,17 +210,36 @@ class HybridDynamicsNode(EventFreeNode):
 
     def _publish_report(self) -> None:
         now = self.get_clock().now()
-        runtime, hardware = self._runtime, ""
-        if runtime is None:
-            level = Level.ERROR if self._failure else Level.STALE
-            entries = [StatusEntry("robot", self._failure or "not configured", level)]
-        else:
-            hardware = runtime.robot.name
-            counts = runtime.pipeline.counts
-            entries = runtime.monitor.report(runtime.result, counts, now.nanoseconds, self.settings)
+        hardware = ""
+        if self._runtime is not None:
+            hardware = self._runtime.robot.name
+        subjects = {
+            "robot": self._robot_report(),
+            "workers": self._calls.worker_report(),
+            "services": self._calls.counts.report(),
+            "stream": self._stream_report(now.nanoseconds),
+        }
         state: str = self._state_machine.current_state[1]
         name = self.get_fully_qualified_name()
-        self._diagnostics.publish(diagnostic_array(name, hardware, state, entries, now.to_msg()))
+        self._diagnostics.publish(diagnostic_array(name, hardware, state, subjects, now.to_msg()))
+
+    def _robot_report(self) -> list[StatusEntry]:
+        runtime = self._runtime
+        if runtime is None:
+            level = Level.ERROR if self._failure else Level.STALE
+            return [StatusEntry("robot", self._failure or "not configured", level)]
+        entries = [StatusEntry("robot", runtime.robot.name)]
+        if runtime.result is not None:
+            entries += runtime.monitor.robot_report(runtime.result, self.settings)
+        return entries
+
+    def _stream_report(self, now_ns: int) -> list[StatusEntry]:
+        runtime, stream = self._runtime, self._stream
+        if runtime is None or stream is None:
+            return [StatusEntry("stream", "not configured", Level.STALE)]
+        stream.check_connections()
+        counts = runtime.pipeline.counts
+        return runtime.monitor.report(runtime.result, counts, now_ns, self.settings)
 
     def _guard_transitions(self) -> None:
         """Answer a transition that the state does not allow with no success.

@@ -23,11 +23,13 @@ from ..actions.follow import FollowAction
 from ..messages.joint_samples import Rejection, RejectionCode, rejection_of
 from ..parameters import FOLLOW_ACTION, QUEUE, TIMEOUT, NodeSettings
 from ..services.answers import OK, guarded, refused
+from ..services.call_counts import CallCounts
 from ..services.code_maker import CodeMaker
 from ..services.context import ServiceContext
 from ..services.table import TABLE, Lane, Service
 from ..services.worker_pool import ServiceCall, WorkerPool
 from ..stream.conditions import ConditionChange, NewMode
+from ..stream.monitor import Level, StatusEntry
 from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
 from .target_frames import TargetFrames
@@ -101,6 +103,7 @@ class ServiceServer:
         # One thread: changes come one after the other.
         self._changer: ThreadPoolExecutor | None = None
         self.active = False
+        self.counts = CallCounts()
         for service in TABLE:
             name, respond = f"~/{service.name}", self._responder(service)
             server = node.create_service(service.kind, name, respond, qos_profile=_REQUESTS)
@@ -148,6 +151,12 @@ class ServiceServer:
         if self._following is not None:
             self._following.destroy()
         self._following = None
+
+    def worker_report(self) -> list[StatusEntry]:
+        """How the processes are that work on calls."""
+        if self._workers is None:
+            return [StatusEntry("processes", "none before configure", Level.STALE)]
+        return self._workers.report()
 
     @property
     def runtime(self) -> Runtime | None:
@@ -243,6 +252,7 @@ class ServiceServer:
 
     def _give(self, service: Service, response: Any, give: Give) -> None:
         name, code = service.name, response.error_code
+        self.counts.note(name, code, response.error_text)
         if code != OK:
             self._log.warn((name, code), f"{name}: {response.error_text}")
         try:

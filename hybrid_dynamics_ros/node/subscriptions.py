@@ -33,6 +33,7 @@ from ..stream.results import MotionResult
 from ..stream.runtime import Runtime
 from ..stream.topics import topics_of
 from . import qos
+from .incompatible import deaf_publishers, deaf_subscriptions
 from .input_reader import Read, StateReader, reader_of
 from .input_topic import InputTopic
 from .publishers import Publishers
@@ -78,6 +79,18 @@ class Stream:
         )
         pressures.open(self._on_message, self._take_pressures)
         self.inputs.append(pressures)
+
+    def check_connections(self) -> None:
+        """Note publishers and subscriptions of other nodes that are not heard or do not hear."""
+        reasons: list[str] = []
+        for source in self.inputs:
+            reasons += deaf_publishers(self._node, source.subscription)
+        for output in self._publishers.outputs:
+            reasons += deaf_subscriptions(self._node, output.publisher)
+        text = "; ".join(reasons)
+        self._runtime.monitor.unconnected = text
+        if text:
+            self._log.warn("not connected", f"not connected: {text}")
 
     def destroy(self) -> None:
         """Take the topics away."""

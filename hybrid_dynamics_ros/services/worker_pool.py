@@ -19,6 +19,7 @@ from hybrid_dynamics_core.description.model import RobotDescription
 
 from ..messages.joint_samples import Rejection, RejectionCode
 from ..stream.conditions import ConditionChange
+from ..stream.monitor import Level, StatusEntry
 from ..stream.situation import Situation
 from .answers import refused
 from .processes import start
@@ -69,6 +70,10 @@ class WorkerPool:
         """Have a job done; with ``most`` jobs waiting already it is refused at once."""
         self._lanes[lane].submit(job, most)
 
+    def report(self) -> list[StatusEntry]:
+        """How the processes are, each by its lane; it warns of those that were replaced."""
+        return [worker.report() for worker in self._lanes.values()]
+
     def close(self) -> None:
         """End the processes; jobs that wait are refused."""
         for worker in self._lanes.values():
@@ -85,6 +90,8 @@ class _Worker:
         # Calls, and processes that ended; None: there will be no more.
         self._jobs: queue.SimpleQueue[ServiceCall | subprocess.Popen[bytes] | None]
         self._jobs = queue.SimpleQueue()
+        self._ends = 0  # of its processes so far, killed ones and those that took too long
+        self._reported_ends = 0
         self._early_ends = 0  # one after the other, of processes that were young
         self._stopping = False
         self._start()
@@ -98,6 +105,14 @@ class _Worker:
             job.refuse(RejectionCode.BUSY, f"{most} calls wait already; call again later")
         else:
             self._jobs.put(job)
+
+    def report(self) -> StatusEntry:
+        replaced, self._reported_ends = self._ends - self._reported_ends, self._ends
+        level = Level.WARN if replaced else Level.OK
+        words = f"process {self._process.pid}, {self._jobs.qsize()} calls wait"
+        if self._ends:
+            words = f"{words}, ended {self._ends} times and was replaced"
+        return StatusEntry(self._name, words, level)
 
     def stop(self) -> None:
         self._stopping = True
@@ -133,6 +148,7 @@ class _Worker:
             self._restart()
 
     def _restart(self) -> None:
+        self._ends += 1
         self._process.kill()
         self._process.wait()
         self._connection.close()

@@ -12,10 +12,13 @@ import numpy as np
 
 from ..messages.joint_samples import Rejection
 from ..parameters import (
+    INPUT_QOS,
     LATENCY,
+    LATEST,
     LATEST_AGE,
     LEAST_RATE,
     RESIDUAL,
+    SENSOR_DATA,
     SINGULARITY_ERROR,
     SINGULARITY_WARN,
     STROKE_ERROR,
@@ -54,7 +57,11 @@ class Monitor:
     def __init__(self, strokes: StrokeMargins) -> None:
         self.skipped = 0  # inputs left out because they came faster than they could be answered
         self.lost = 0  # messages that never came, by the numbers of their publishers
+        # Publishers and subscriptions of the node's topics that it does not reach, and why.
+        self.unconnected = ""
         self.last_error = ""
+        self._reported_lost = 0
+        self._reported_skipped = 0
         self._strokes = strokes
         self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
         self._received = 0  # at the last report
@@ -72,7 +79,7 @@ class Monitor:
     def report(
         self, result: MotionResult | None, counts: Counts, now_ns: int, settings: NodeSettings
     ) -> list[StatusEntry]:
-        """How things are; the next report begins where this one ends.
+        """How the stream is; the next report begins where this one ends.
 
         Rate, rejections and latencies are since the last report, counts since the start.
 
@@ -83,8 +90,6 @@ class Monitor:
             settings: levels.
         """
         entries = [*self._traffic(counts, settings), *self._timing(result, now_ns, settings)]
-        if result is not None:
-            entries += self._geometry(result, settings)
         return [*entries, StatusEntry("last error", self.last_error or "none")]
 
     def beyond(self, result: MotionResult) -> dict[str, str]:
@@ -104,13 +109,17 @@ class Monitor:
         received, rejected = counts.received - self._received, total - self._rejected
         rate = received / max(now - self._reported, 1e-3)
         self._received, self._rejected, self._reported = counts.received, total, now
+        lost, self._reported_lost = self.lost - self._reported_lost, self.lost
+        skipped, self._reported_skipped = self.skipped - self._reported_skipped, self.skipped
+        lossy = settings[INPUT_QOS] in (LATEST, SENSOR_DATA)  # there some may be lost
         return [
             StatusEntry("rate [Hz]", f"{rate:.1f}", _warn_if(rate < settings[LEAST_RATE])),
             StatusEntry("received", str(counts.received), Level.OK if received else Level.STALE),
             StatusEntry("rejected since last report", str(rejected), _warn_if(rejected > 0)),
             StatusEntry("counts", counts.summary()),
-            StatusEntry("lost on the way", str(self.lost)),
-            StatusEntry("left out under overload", str(self.skipped)),
+            StatusEntry("lost on the way", str(self.lost), _warn_if(lost > 0 and not lossy)),
+            StatusEntry("left out under overload", str(self.skipped), _warn_if(skipped > 0)),
+            StatusEntry("not connected", self.unconnected or "none", _warn_if(self.unconnected)),
         ]
 
     def _timing(
@@ -129,7 +138,8 @@ class Monitor:
             self._latencies.clear()
         return entries
 
-    def _geometry(self, result: MotionResult, settings: NodeSettings) -> list[StatusEntry]:
+    def robot_report(self, result: MotionResult, settings: NodeSettings) -> list[StatusEntry]:
+        """How the robot is at an input: how well its loops close, and how near it is to an end."""
         is_open = result.residual > settings[RESIDUAL]
         residual_level = Level.ERROR if is_open else Level.OK
         entries = [StatusEntry("residual", f"{result.residual:.3g}", residual_level)]
@@ -145,7 +155,7 @@ class Monitor:
         return entries
 
 
-def _warn_if(condition: bool) -> Level:
+def _warn_if(condition: object) -> Level:
     return Level.WARN if condition else Level.OK
 
 

@@ -37,10 +37,9 @@ class SequenceGaps:
 
     def _note_jump(self, number: int) -> None:
         present = self._publishers()
-        if present != self._present:
-            # One that came has any number, and one that left has none: all begin anew.
-            self._present = present
-            self._newest.clear()
+        if not self._present <= present:
+            self._newest.clear()  # one has left, and nobody knows which number was its own
+        self._present = present
         newest = self._newest
         before = max((other for other in newest if other < number), default=None)
         is_first = len(newest) < len(present)  # of one that has not been heard of

@@ -236,6 +236,17 @@ class Client:
             status for status in message.status if status.name.startswith(self._name.lstrip("/"))
         ]
 
+    def report(self, subject):
+        """The newest status of a subject: stream, services, workers or robot; None so far."""
+        ending = f": {subject}"
+        statuses = [status for status in self.diagnostics if status.name.endswith(ending)]
+        return statuses[-1] if statuses else None
+
+    def values(self, subject):
+        """The newest values of a subject, by their names."""
+        status = self.report(subject)
+        return {} if status is None else {entry.key: entry.value for entry in status.values}
+
     def change(self, transition):
         """Asks for a transition by name; whether it was done."""
         request = ChangeState.Request()

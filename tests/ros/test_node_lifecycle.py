@@ -475,8 +475,8 @@ def test_the_description_is_there_for_those_who_come_late(client, robot):
 
 
 def test_reports_go_out(client, robot):
-    client.wait_until(lambda: client.diagnostics, "a report")
-    values = {entry.key: entry.value for entry in client.diagnostics[-1].values}
+    client.wait_until(lambda: "residual" in client.values("robot"), "a report")
+    values = {**client.values("stream"), **client.values("robot")}
     assert {
         "rate [Hz]",
         "age of the stamp [s]",
@@ -484,7 +484,11 @@ def test_reports_go_out(client, robot):
         "singularity margin",
         "stroke margin",
     } <= set(values)
-    assert client.diagnostics[-1].hardware_id == robot.name
+    client.call("describe_robot", DescribeRobot.Request())
+    client.wait_until(lambda: "describe_robot" in client.values("services"), "the call")
+    assert {"short", "search", "long"} <= set(client.values("workers"))
+    subjects = ("stream", "services", "workers", "robot")
+    assert {client.report(subject).hardware_id for subject in subjects} == {robot.name}
 
 
 def test_another_robot_is_configured_in_the_same_process(start_node, connect):

@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 ROOT = Path(__file__).resolve().parents[2]
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.0, 0.1, 0.15, 0.0]
+FLOODS = "test_floods_are_counted_to_the_last_message_and_the_newest_state_is_answered"
 
 
 def state(position=POSITION, velocity=(0.0,) * 4):
@@ -252,9 +253,16 @@ def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
 
 def totals(client):
     """Inputs that the newest report counts: received, left out and lost."""
-    values = {entry.key: entry.value for entry in client.diagnostics[-1].values}
+    values = client.values("stream")
     counted = (values[key] for key in ("received", "left out under overload", "lost on the way"))
     return sum(map(int, counted))
+
+
+def totals_of_now(client):
+    """The totals in a report that began after this call: four statuses each."""
+    reports = len(client.diagnostics)
+    client.wait_until(lambda: len(client.diagnostics) > reports + 8, "reports")
+    return totals(client)
 
 
 def test_floods_are_counted_to_the_last_message_and_the_newest_state_is_answered(
@@ -267,8 +275,7 @@ def test_floods_are_counted_to_the_last_message_and_the_newest_state_is_answered
     first = client.new_stamp()
     client.publish("active_joint_states", state(), first)
     client.wait_for("joint_states", first)
-    client.wait_until(lambda: client.diagnostics and totals(client), "a report")
-    sent = totals(client)
+    sent = totals_of_now(client)
     for _ in range(3):
         end = time.monotonic() + 0.4
         while time.monotonic() < end:
@@ -278,6 +285,38 @@ def test_floods_are_counted_to_the_last_message_and_the_newest_state_is_answered
         client.wait_for("joint_states", last)
         client.wait_until(lambda wanted=sent: totals(client) == wanted, "the count of all")
     assert client.state() == "active"
+    assert node.stop() == 0
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [
+        "latest",
+        pytest.param("sensor_data", marks=pytest.mark.sweep(sample=FLOODS)),
+    ],
+)
+def test_losses_of_short_queues_are_counted(start_node, connect, profile):
+    """What the middleware threw away, by the numbers of the messages around it."""
+    node = start_node("-p", f"qos.input:={profile}", "-p", "diagnostics.period:=0.1")
+    node.wait_for("active joints")
+    client = connect()
+    first = client.new_stamp()
+    client.publish("active_joint_states", state(), first)
+    client.wait_for("joint_states", first)
+    sent = [totals_of_now(client)]
+    for _ in range(2000):
+        client.publish("active_joint_states", state(), client.new_stamp(1e-4))
+        sent[0] += 1
+
+    def all_counted():
+        """One more is needed where the last was lost, too."""
+        client.publish("active_joint_states", state(), client.new_stamp(1e-4))
+        sent[0] += 1
+        time.sleep(0.3)
+        return totals(client) == sent[0]
+
+    client.wait_until(all_counted, "the count of all")
+    assert int(client.values("stream")["lost on the way"]) > 0
     assert node.stop() == 0
 
 

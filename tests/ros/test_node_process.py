@@ -25,12 +25,14 @@ from sensor_msgs.msg import JointState
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.settings import make_pipeline
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
+from hybrid_dynamics_ros.node import qos
 from hybrid_dynamics_ros.parameters import FILTER_TYPE, KALMAN, KALMAN_BANDWIDTH, NodeSettings
 from tests.export.test_names import PUBLISHED, TEXT
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.0, 0.1, 0.15, 0.0]
 RATES = [0.17453292519943295, 0.01, 0.005, 0.08726646259971647]
+TOUCHED = ("active_joint_states", "required_efforts")
 READY = "active joints q1, q12, q22, q4"
 
 
@@ -137,9 +139,9 @@ def test_a_wrong_robot_file_is_told_with_its_line_and_a_mended_one_works_in_the_
     assert client.state() == "unconfigured"
     refused = client.call("solve_fk", SolveFK.Request())
     assert refused.error_code == ErrorCode.NOT_READY
-    client.wait_until(lambda: client.diagnostics, "a report")
-    assert client.diagnostics[-1].level == DiagnosticStatus.ERROR
-    assert f"{wrong}:{number + 1}" in client.diagnostics[-1].message
+    client.wait_until(lambda: client.report("robot"), "a report")
+    assert client.report("robot").level == DiagnosticStatus.ERROR
+    assert f"{wrong}:{number + 1}" in client.report("robot").message
     assert not client.change("configure")
 
     wrong.write_text(shipped.read_text())
@@ -275,6 +277,38 @@ def test_the_kalman_filter_gives_the_bits_that_recordings_give(start_node, conne
     assert client.set_parameter("acceleration_filter.kalman.velocity_noise", 30.0) == ""
 
 
+def test_publishers_and_subscriptions_that_the_node_does_not_reach_are_reported(
+    start_node, connect
+):
+    node = start_node("-p", "diagnostics.period:=0.1")
+    node.wait_for(READY)
+    client = connect(only=("get_state",))
+    client.wait_until(lambda: client.values("stream").get("not connected") == "none", "a report")
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    other = rclpy.create_node("other", context=context)
+    place = "/hybrid_dynamics"
+    try:
+        weak = QoSProfile(depth=10, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+        other.create_publisher(JointState, f"{place}/active_joint_states", weak)
+        other.create_subscription(
+            JointState, f"{place}/required_efforts", print, qos.transient_local()
+        )
+
+        def reported():
+            text = client.values("stream")["not connected"]
+            named = [f"{place}/{name} of /other" in text for name in TOUCHED]
+            return all(named) and "Best effort publisher and reliable subscription" in text
+
+        client.wait_until(reported, "both")
+        node.wait_for("not connected: /hybrid_dynamics/active_joint_states of /other")
+    finally:
+        other.destroy_node()
+        context.try_shutdown()
+    client.wait_until(lambda: client.values("stream")["not connected"] == "none", "none")
+    assert node.stop() == 0
+
+
 def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, connect):
     node = start_node("-p", "qos.input:=best_effort")
     node.wait_for(READY)
@@ -283,8 +317,10 @@ def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, conne
     rclpy.init(context=context)
     sensor = rclpy.create_node("sensor", context=context)
     try:
-        qos = QoSProfile(depth=10, reliability=QoSReliabilityPolicy.BEST_EFFORT)
-        publisher = sensor.create_publisher(JointState, "/hybrid_dynamics/active_joint_states", qos)
+        weak = QoSProfile(depth=10, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+        publisher = sensor.create_publisher(
+            JointState, "/hybrid_dynamics/active_joint_states", weak
+        )
 
         def answered():
             stamp = client.new_stamp()
@@ -339,12 +375,7 @@ def test_with_simulated_time_ages_are_by_that_clock(start_node, connect):
         def age():
             clock.publish(Clock(clock=Time(sec=stamp // 10**9 + 3, nanosec=stamp % 10**9)))
             client.publish("active_joint_states", state(), stamp)
-            values = {
-                entry.key: entry.value
-                for status in client.diagnostics[-1:]
-                for entry in status.values
-            }
-            return float(values.get("age of the stamp [s]", "nan")) == 3.0
+            return float(client.values("stream").get("age of the stamp [s]", "nan")) == 3.0
 
         client.wait_until(age, "an age of 3 s by /clock")
     finally:

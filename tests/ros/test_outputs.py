@@ -218,7 +218,9 @@ def test_the_monitor_tells_levels_by_its_thresholds(robot):
     monitor = Monitor(StrokeMargins(robot))
 
     def levels(settings, now_ns=result.stamp_ns):
-        return {e.name: e.level for e in monitor.report(result, pipeline.counts, now_ns, settings)}
+        entries = monitor.report(result, pipeline.counts, now_ns, settings)
+        entries += monitor.robot_report(result, settings)
+        return {entry.name: entry.level for entry in entries}
 
     usual = levels(NodeSettings())
     assert usual["stroke margin"] is Level.OK
