@@ -19,7 +19,7 @@ from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.process import process
-from hybrid_dynamics_ros.bags.sample_outliers import find_outliers
+from hybrid_dynamics_ros.bags.sample_outliers import _lateness, find_outliers
 from tests.bags.calling import printed, run
 
 ROBOT = "five_bar"
@@ -287,3 +287,14 @@ def test_a_report_counts_every_interval_names_the_longest_and_says_what_a_gap_is
     assert "more than 0.5 s apart" in page
     assert "<th class=n>95 % within</th>" in page
     assert re.search(r"<td class=n>(79|80)[.\d]* at 5\.130 s</td>", page)
+
+
+@pytest.mark.parametrize("late", [-0.02, 0.013])
+def test_how_late_a_stamp_is_is_exact_on_a_parabola(late: float) -> None:
+    time = 0.01 * np.arange(9.0)
+    there = time.copy()
+    there[4] -= late  # the sample was taken then, and says time[4]
+    speed, bend = np.array([0.3, -1.2]), np.array([4.0, 9.0])
+    positions = speed * there[:, None] + bend * there[:, None] ** 2
+    found = _lateness(time, positions, 4, np.ones(2))
+    assert found == pytest.approx(late, abs=1e-9)

@@ -374,3 +374,9 @@ def test_a_name_of_two_things_is_refused_with_both() -> None:
     )
     with pytest.raises(InputError, match=said):
         to_sdf(Robot(parse_description(text)))
+
+
+@pytest.mark.parametrize("name", ["five_bar", "type_c"])
+def test_links_that_sdf_has_words_for_are_not_written_twice(name: str) -> None:
+    _, _, extras = to_sdf(load(name)).rpartition("<hybrid_dynamics:hybrid_dynamics>")
+    assert "links:\n  base: {}\nzero:" in extras  # only a base without mass is no link of SDF

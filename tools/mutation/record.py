@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections import defaultdict
 from collections.abc import Generator
 from functools import cache
@@ -50,7 +51,8 @@ class Recorder:
         self._root, self._work, self._target = root, work, target
         self._seconds: dict[str, float] = defaultdict(float)
         self._failed: set[str] = set()
-        work.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(work, ignore_errors=True)  # of a run that was ended
+        work.mkdir(parents=True)
         sources = "\n    ".join(str(root / package) for package in PACKAGES)
         path = work / "coverage.rc"
         text = SETTINGS.format(work=work, sources=sources, process=PROCESS, variable=VARIABLE)
