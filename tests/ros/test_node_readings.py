@@ -8,6 +8,7 @@ from hybrid_dynamics_msgs.msg import CylinderStates
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import load
+from tests.sampling import swept
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 AT = [2.95, 0.1, 0.15, 0.0]
@@ -37,7 +38,7 @@ def efforts_of(client, stamps):
     return np.array([client.wait_for("required_efforts", stamp).effort for stamp in stamps[-20:]])
 
 
-@pytest.mark.parametrize("lowest", [-math.pi, 0.0])
+@pytest.mark.parametrize("lowest", swept([-math.pi, 0.0], (-math.pi,)))
 def test_an_encoder_that_begins_anew_is_no_motion(client, lowest):
     position = slewing()
     if lowest == 0.0:
@@ -75,6 +76,7 @@ def test_velocities_in_turn_are_served(client):
     np.testing.assert_allclose(efforts_of(client, stamps), whole, atol=1e-5)
 
 
+@pytest.mark.sweep(sample="test_a_gripper_is_in_the_processed_bag")
 def test_extra_joints_pass_through_where_the_node_is_told_so(start_node, connect):
     start_node("-r", "__ns:=/cell", "-p", "pass_through:=true")
     client = connect("/cell/hybrid_dynamics")
