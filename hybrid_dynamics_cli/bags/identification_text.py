@@ -70,6 +70,17 @@ def report_lines(
     return lines
 
 
+def unmeasured_lines(active: Sequence[str], measured: Sequence[str]) -> list[str]:
+    """That efforts of some active joints are not recorded, where that is so."""
+    others = [name for name in active if name not in measured]
+    if not others:
+        return []
+    return _wrap(
+        f"No efforts of {', '.join(others)} are recorded. What follows rests on those of"
+        f" {', '.join(measured)}."
+    )
+
+
 def _verdict(result: IdentificationResult, count: int) -> list[str]:
     """What could be found of some base parameters, and what could not."""
     sentences: list[str] = []

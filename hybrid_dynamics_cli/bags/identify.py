@@ -8,7 +8,6 @@ from typing import Any, Final
 
 import click
 
-from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.dynamics.parameters import Parameters
 from hybrid_dynamics_core.identification import TooLittleShownError
 from hybrid_dynamics_ros.bags.analysis.collect import collect
@@ -31,7 +30,7 @@ from .common import (
     tell_losses,
     topic_option,
 )
-from .identification_text import Numbers, report_lines
+from .identification_text import Numbers, report_lines, unmeasured_lines
 
 BASE_COLUMNS: Final = ("estimate", "low", "high", "physical", "file")
 EFFORT_COLUMNS: Final = ("recorded", "left_by_file", "left_by_estimate", "explained")
@@ -126,8 +125,9 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     parameters = requested_parameters(machine, _names(links), joints)
     result = _identify(recording, parameters, hold_out)
     base = base_rows(result)
-    efforts = effort_rows(result, machine)
+    efforts = effort_rows(result)
     lines = report_lines(result, base, efforts, machine.joint_types, everything=everything)
+    lines = [*unmeasured_lines(machine.active, result.joints), *lines]
     counts = recording.counts
     if counts.wraps:
         lines += ["", f"samples: {counts.summary()}"]
@@ -150,8 +150,8 @@ def base_rows(result: IdentificationResult) -> Numbers:
     return rows
 
 
-def effort_rows(result: IdentificationResult, robot: Robot) -> Numbers:
-    """By active joint: deviation of held-out efforts, of both residuals, and share explained."""
+def effort_rows(result: IdentificationResult) -> Numbers:
+    """By joint: deviation of held-out efforts, of both residuals, and share explained."""
     columns = (
         result.effort_deviation,
         result.file_residual,
@@ -159,7 +159,7 @@ def effort_rows(result: IdentificationResult, robot: Robot) -> Numbers:
         result.explained,
     )
     rows = {}
-    for k, name in enumerate(robot.active):
+    for k, name in enumerate(result.joints):
         rows[name] = tuple(float(column[k]) for column in columns)
     return rows
 

@@ -13,6 +13,7 @@ import click
 from hybrid_dynamics_ros.bags.errors import BagCallError
 from hybrid_dynamics_ros.bags.job import SMOOTHINGS, Job
 from hybrid_dynamics_ros.bags.parallel import Result, WrongCall, run_jobs
+from hybrid_dynamics_ros.bags.provenance import smoothing_of
 from hybrid_dynamics_ros.bags.settings import read_settings
 from hybrid_dynamics_ros.bags.storage.bag_reader import bags_of
 from hybrid_dynamics_ros.bags.storage.bag_writer import THERE, require_new, require_replaceable
@@ -140,6 +141,11 @@ def _require_place(bags: Sequence[Path], out: Path, *, is_single: bool, overwrit
     """Refuse a bag as OUT, before anything is done: OUT may be missing. Raises BagCallError."""
     if not _is_bag(out) or (is_single and overwrite):
         return
+    if is_single and smoothing_of(out) is not None:
+        raise BagCallError(
+            f"{out}: holds the results of an earlier `bag process`; give --overwrite to replace"
+            " them, or name a new folder"
+        )
     sources = list_names([str(bag) for bag in bags])
     understood = f"read as IN: {sources}, as OUT: {out}; is OUT missing?"
     what = THERE

@@ -6,6 +6,7 @@ of the regressor of the closed mechanism.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..dynamics.loads import Loads
 from ..dynamics.parameters import Parameters, described_parameters
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..robot.robot import Robot
 from ..robot.taken import AnyRobot, robot_of
 from .excite import random_motion
 
@@ -83,13 +85,22 @@ def _term(factor: float, name: str) -> str:
     return f" {sign} {size:.4g} {name}"
 
 
-def base_parameters(
+def joint_rows(robot: Robot, joints: Sequence[str]) -> list[int]:
+    """Places of some joints among the active ones. Raises InputError for others."""
+    for name in joints:
+        if name not in robot.active:
+            raise InputError(f"'{name}' is no active joint; they are {', '.join(robot.active)}")
+    return [robot.active.index(name) for name in joints]
+
+
+def base_parameters(  # noqa: PLR0913, PLR0917 - a question with details
     robot: AnyRobot,
     parameters: Parameters | None = None,
     loads: Loads | None = None,
     count: int = 0,
     seed: int = 0,
     tolerance: float = RANK,
+    joints: Sequence[str] | None = None,
 ) -> BaseParameters:
     """The base parameters of a robot, from its regressor in random states.
 
@@ -101,6 +112,7 @@ def base_parameters(
         seed: of the random states.
         tolerance: a column whose pivot is below this share of the largest counts as a combination
             of the columns before it.
+        joints: active joints whose efforts count; None: all.
 
     Returns:
         The combinations.
@@ -112,11 +124,12 @@ def base_parameters(
     if parameters is None:
         parameters = described_parameters(robot.description)
     names = parameters.names
+    rows = joint_rows(robot, robot.active if joints is None else joints)
     if not count:
-        equations = max(len(robot.active), 1)
+        equations = max(len(rows), 1)
         count = 20 + 4 * len(names) // equations
     state, ddu = random_motion(robot, count, seed, RATE, ACCELERATION)
-    regressor = robot.regressor(state, ddu, parameters, loads)
+    regressor = robot.regressor(state, ddu, parameters, loads)[:, rows]
     matrix = regressor.reshape(-1, len(names))
     sizes = np.linalg.norm(matrix, axis=0)
     effective = np.flatnonzero(sizes > NO_EFFECT * sizes.max(initial=0.0))

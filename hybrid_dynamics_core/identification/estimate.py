@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -24,7 +24,7 @@ from ..ground.check_arguments import require_type
 from ..ground.check_arrays import finite_vectors
 from ..ground.wording import counted, singular_or_plural
 from ..robot.taken import AnyRobot, robot_of
-from .base import RANK, BaseParameters, base_parameters, numerical_rank
+from .base import RANK, BaseParameters, base_parameters, joint_rows, numerical_rank
 from .consistency import consistent
 from .outliers import Mask, outlying_samples
 
@@ -54,11 +54,11 @@ class Identification:
         interval: (b, 2) where each lies with 95 % confidence, too narrow for such logs as well.
         values: (p,) of all parameters, physical: positive masses, inertias that bodies can have,
             friction above zero. Combinations that the data cannot show stay near the description.
-        noise: (n,) standard deviation of the residuals of each active joint [N m or N].
-        explained: (n,) share of the variance of tau that the estimate explains, 1 at best.
+        noise: (k,) standard deviation of the residuals of each joint with efforts [N m or N].
+        explained: (k,) share of the variance of tau that the estimate explains, 1 at best.
         outlying: (N,) which samples were left out: in some joint further from the estimate than
             noise explains.
-        residual: (N, n) measured efforts less those of the estimate, of all samples [N m or N].
+        residual: (N, k) measured efforts less those of the estimate, of all samples [N m or N].
         condition: condition number of the data: above a few hundred the motion excites too little.
     """
 
@@ -105,13 +105,14 @@ class Identification:
         return MappingProxyType(rows)
 
 
-def identify(
+def identify(  # noqa: PLR0913, PLR0917 - the data, and what of them counts
     robot: AnyRobot,
     state: ClosedState,
     ddu: ArrayLike,
     tau: ArrayLike,
     parameters: Parameters | None = None,
     loads: Loads | None = None,
+    joints: Sequence[str] | None = None,
 ) -> Identification:
     """Estimate parameters from samples of a motion and of its efforts.
 
@@ -122,9 +123,11 @@ def identify(
             them.
         state: N states, a batch.
         ddu: (N, n) accelerations of the active joints [rad/s^2 or m/s^2].
-        tau: (N, n) measured efforts [N m or N].
+        tau: (N, k) measured efforts of `joints` [N m or N].
         parameters: which to estimate; None: inertias of all links with mass, friction of no joint.
         loads: what acts besides the actuators, taken as it is; None: what the description gives.
+        joints: the k active joints whose efforts were measured; None: all. Base parameters are
+            those that the efforts of these joints can show.
 
     Returns:
         Estimates, with confidence and residuals.
@@ -144,12 +147,14 @@ def identify(
     if state.u.ndim != 2:
         raise InputError("identification takes a batch of states")
     _check_closed(state)
-    efforts = finite_vectors("tau", tau, robot.active, len(state.u))
+    joints = robot.active if joints is None else tuple(joints)
+    rows = joint_rows(robot, joints)
+    efforts = finite_vectors("tau", tau, joints, len(state.u))
     prior = parameters.values(robot.description, loads.effects)
-    regressor = robot.regressor(state, ddu, parameters, loads)
+    regressor = robot.regressor(state, ddu, parameters, loads)[:, rows]
     # The efforts of all that is not estimated.
-    given = robot.inverse_dynamics(state, ddu, loads) - regressor @ prior
-    base = base_parameters(robot, parameters, loads)
+    given = robot.inverse_dynamics(state, ddu, loads)[:, rows] - regressor @ prior
+    base = base_parameters(robot, parameters, loads, joints=joints)
     target = efforts - given
     fit = _Fit(regressor, target, base)
     start = _positive(prior, fit, parameters.inertial_size)

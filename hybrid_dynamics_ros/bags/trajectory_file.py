@@ -16,6 +16,7 @@ from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..messages.joint_samples import FloatArray, resting_joints
+from .column_units import Columns, in_si_units
 from .errors import BagError, wrong_kind
 
 TRAJECTORY: Final = (
@@ -36,10 +37,9 @@ _ARRAYS: Final = {
     "effort": ("effort", "tau"),
     "acceleration": ("acceleration", "ddu"),
 }
+_EFFORT: Final = "effort"  # the part that may be known of some joints only
 _HEAD: Final = "head"  # array of a .npz with the names of its columns
 _REAL_KINDS: Final = "fiub"  # NumPy's codes of real numbers
-
-Columns = dict[str, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Trajectory:
         time: (N,) [s], rising.
         position: (N, n) [rad or m].
         velocity: (N, n) [rad/s or m/s]; None where it is not known.
-        effort: (N, n) [N m or N]; None where it is not known.
+        effort: (N, n) [N m or N]; None where none is known, NaN where one is not.
         acceleration: (N, n) [rad/s^2 or m/s^2]; None where it is not known.
         unused: columns of the file that are none of these.
     """
@@ -84,9 +84,11 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     """Read a CSV file with a header, or a .npz.
 
     Columns are `time`, each joint by name, and optionally `JOINT.velocity`, `JOINT.acceleration`
-    and `JOINT.effort`. A .npz may have the same names. It may also have `time` with `position`,
-    `velocity`, `acceleration` and `effort` (N, n) in the order of the active joints. What
-    `simulate` saves is taken, also under its earlier names (`t`, `JOINT.rate`).
+    and `JOINT.effort`, the last of some joints only where no others are known. Behind a name there
+    may be its unit, as `time [ms]` or `JOINT.velocity [deg/s]`; without one it is SI. A .npz may
+    have the same names. It may also have `time` with `position`, `velocity`, `acceleration` and
+    `effort` (N, n) in the order of the active joints. What `simulate` saves is taken, also under
+    its earlier names (`t`, `JOINT.rate`).
 
     Raises:
         BagCallError: there is no file, or one of another kind.
@@ -95,6 +97,7 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     """
     _require_trajectory(path)
     columns, unused_arrays = _read_columns(path, robot)
+    columns = in_si_units(path, columns, robot)
     _add_resting(columns, robot)
     time_name = _time_column(path, columns, robot)
     names_by_part = {}
@@ -107,8 +110,11 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     _require_meaning(path, unused, robot)
     time = columns[time_name]
     parts = {part: _table(columns, names) for part, names in names_by_part.items()}
-    for values in (time, *parts.values()):
-        if len(values) != len(time) or not np.isfinite(values).all():
+    for part, values in {"time": time, **parts}.items():
+        is_good = np.isfinite(values)
+        if part == _EFFORT:
+            is_good |= np.isnan(values)  # not known
+        if len(values) != len(time) or not is_good.all():
             raise BagError(f"{path}: expected {counted(len(time), 'finite number')} in each column")
     if not (np.diff(time) > 0.0).all():
         raise BagError(f"{path}: expected times that rise from row to row")
@@ -169,6 +175,10 @@ def _columns_of(path: Path, columns: Columns, robot: Robot, part: str) -> list[s
         names = [f"{name}{suffix}" for name in robot.active]
         missing = [name for name in names if name not in columns]
         if not missing:
+            return names
+        if len(missing) < len(names) and part == _EFFORT:
+            length = len(next(iter(columns.values())))
+            columns |= {name: np.full(length, np.nan) for name in missing}
             return names
         if len(missing) < len(names):
             raise BagError(

@@ -98,3 +98,13 @@ def test_a_forgotten_out_is_told() -> None:
         "b: is a bag, and expected is a folder for the new bags (read as IN: a, c, as OUT: b; is"
         " OUT miss" in words
     )
+
+
+def test_a_second_run_into_the_same_folder_says_what_to_do(folder: Path) -> None:
+    assert call(*PROCESS, "a", "results").exit_code == 0
+    before = contents(folder)
+    done = call(*PROCESS, "a", "results")
+    assert done.exit_code == 2
+    assert "results: holds the results of an earlier `bag process`; give --overwrite" in done.output
+    assert contents(folder) == before
+    assert call(*PROCESS, "a", "results", "--overwrite").exit_code == 0

@@ -49,7 +49,7 @@ class IdentificationResult:
 
     Attributes:
         identification: estimates (b,) with confidence.
-        joints: the active ones, (n,).
+        joints: the active ones whose efforts are recorded, (n,).
         training_count: how many samples the estimates are from.
         test_count: how many samples are held out.
         residual: standard deviation of the held-out efforts less those of the estimates (n,)

@@ -25,6 +25,7 @@ from .recording import EvaluatedRecording
 
 _MIN_SAMPLES: Final = 10
 _MARGIN: Final = 0.02  # share of the samples before the held-out part that is used by neither
+_MOST: Final = 0.5  # share of the samples with efforts, of which a measured joint has more
 _TINY: Final = 1e-300
 
 Rows = NDArray[np.intp]
@@ -75,49 +76,63 @@ def identify_recording(
         InputError: the motion does not show the parameters.
     """
     robot = recording.robot
-    training, test = _split(_usable_rows(recording), hold_out)
+    columns = _measured_columns(recording)
+    joints = tuple(robot.active[k] for k in columns)
+    recorded = recording.recorded[:, columns]
+    training, test = _split(_usable_rows(recording, columns), hold_out)
     if parameters is None:
         parameters = requested_parameters(robot)
     identification = identify(
         robot,
         recording.state.rows(training),
         recording.acceleration[training],
-        recording.recorded[training],
+        recorded[training],
         parameters,
         recording.loads,
+        joints,
     )
     identified = Robot(identification.described(robot.description))
     loads = identified.loads.with_gravity(recording.loads.gravity)
-    residual = _residual(identified, recording, test, loads)
-    file_residual = _residual(robot, recording, test, recording.loads)
+    residual = _residual(identified, recording, test, loads)[:, columns]
+    file_residual = _residual(robot, recording, test, recording.loads)[:, columns]
     is_outlier = _is_unexplained(residual, file_residual)
     excluded = _excluded_outliers(recording)
     excluded += _excluded_efforts(
         recording,
+        joints,
         training[identification.outlying],
         identification.residual[identification.outlying],
         identification.noise,
     )
     excluded += _excluded_efforts(
-        recording, test[is_outlier], file_residual[is_outlier], file_residual.std(axis=0)
+        recording, joints, test[is_outlier], file_residual[is_outlier], file_residual.std(axis=0)
     )
     test = test[~is_outlier]
     return IdentificationResult(
         identification=identification,
-        joints=robot.active,
+        joints=joints,
         training_count=int((~identification.outlying).sum()),
         test_count=len(test),
         residual=residual[~is_outlier].std(axis=0),
         file_residual=file_residual[~is_outlier].std(axis=0),
-        effort_deviation=recording.recorded[test].std(axis=0),
+        effort_deviation=recorded[test].std(axis=0),
         excluded=tuple(sorted(excluded, key=attrgetter("time"))),
         file_values=np.asarray(identification.base.values(parameters.values(robot.description))),
     )
 
 
-def _usable_rows(recording: EvaluatedRecording) -> Rows:
-    """Samples with recorded efforts and accelerations. Raises BagError where there are none."""
-    has_efforts = np.isfinite(recording.recorded).all(axis=1)
+def _measured_columns(recording: EvaluatedRecording) -> list[int]:
+    """Places of the active joints with efforts in most samples that have any; all without any."""
+    counts = np.isfinite(recording.recorded).sum(axis=0)
+    columns = np.flatnonzero(counts > _MOST * counts.max(initial=0))
+    if not len(columns):
+        columns = np.arange(len(counts))
+    return [int(column) for column in columns]
+
+
+def _usable_rows(recording: EvaluatedRecording, columns: Sequence[int]) -> Rows:
+    """Samples with efforts of some joints and accelerations. Raises BagError without any."""
+    has_efforts = np.isfinite(recording.recorded[:, columns]).all(axis=1)
     has_accelerations = np.isfinite(recording.acceleration).all(axis=1)
     rows = np.flatnonzero(has_efforts & has_accelerations)
     if len(rows) >= _MIN_SAMPLES:
@@ -125,8 +140,8 @@ def _usable_rows(recording: EvaluatedRecording) -> Rows:
     have = singular_or_plural(len(rows), "has", "have")
     text = (
         f"{recording.topic}: {counted(len(rows), 'sample')} {have} recorded efforts of"
-        f" {', '.join(recording.robot.active)} and accelerations; identification needs the effort"
-        " field of the recorded joint states"
+        f" {', '.join(recording.robot.active[k] for k in columns)} and accelerations;"
+        " identification needs the effort field of the recorded joint states"
     )
     if recording.is_computed:
         text += (
@@ -175,12 +190,17 @@ def _excluded_outliers(recording: EvaluatedRecording) -> list[ExcludedSample]:
 
 
 def _excluded_efforts(
-    recording: EvaluatedRecording, rows: Rows, residual: FloatArray, noise: FloatArray
+    recording: EvaluatedRecording,
+    joints: Sequence[str],
+    rows: Rows,
+    residual: FloatArray,
+    noise: FloatArray,
 ) -> list[ExcludedSample]:
     """Samples whose efforts noise does not explain.
 
     Args:
         recording: where they are from.
+        joints: those with efforts.
         rows: of the samples (k,).
         residual: of their efforts (k, n) [N m or N].
         noise: standard deviation of each joint's effort (n,) [N m or N].
@@ -190,6 +210,6 @@ def _excluded_efforts(
     for row, values in zip(rows.tolist(), residual, strict=True):
         joint = int(np.argmax(np.abs(values) / scale))
         time = float(recording.time[row])
-        name = recording.robot.active[joint]
+        name = joints[joint]
         excluded.append(ExcludedSample(time, name, float(values[joint]), "effort"))
     return excluded

@@ -1,0 +1,86 @@
+"""Units in the names of columns: `q12 [mm]`, `time [ms]`, `q1.velocity [deg/s]`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.description.expressions import evaluate
+from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
+
+from ..messages.joint_samples import FloatArray
+from .errors import BagError
+
+_NAME: Final = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]+)[\])]")  # a name, and a unit in brackets
+_FACTOR: Final = re.compile(r"([A-Za-z]+|1)\^?([123])?")
+_POWERS: Final = {"²": "2", "³": "3", "°": "deg", "µ": "u", "·": " "}
+_RATES: Final = {"velocity": "/s", "rate": "/s", "acceleration": "/s^2"}
+
+Columns = dict[str, FloatArray]
+
+
+def in_si_units(path: Path, columns: Columns, robot: Robot) -> Columns:
+    """Columns under their names without units, in SI units.
+
+    Columns that are no times and of no joint keep name and numbers.
+
+    Raises:
+        BagError: a unit is not known, or is of another quantity; a name is there twice.
+    """
+    converted: Columns = {}
+    for head, values in columns.items():
+        match = _NAME.fullmatch(head)
+        name = match[1] if match else head
+        expected = _unit_of(name, robot)
+        if match is None or not expected or head in robot.coordinates:
+            name = head
+        else:
+            values = values * _factor(path, head, match[2], expected)  # noqa: PLW2901
+        if name in converted:
+            raise BagError(f"{path}: two columns are called {name}")
+        converted[name] = values
+    return converted
+
+
+def _unit_of(name: str, robot: Robot) -> str:
+    """The SI unit of a column; empty where it is no time and of no joint."""
+    if name in {"time", "t"}:
+        return "s"
+    joint, _, part = name.rpartition(".")
+    if name in robot.joint_types:
+        return coordinate_unit(robot.joint_types[name])
+    if joint not in robot.joint_types:
+        return ""
+    if part == "effort":
+        return effort_unit(robot.joint_types[joint])
+    if part in _RATES:
+        return coordinate_unit(robot.joint_types[joint], _RATES[part])
+    return ""
+
+
+def _factor(path: Path, head: str, unit: str, expected: str) -> float:
+    """What numbers in a unit are multiplied with. Raises BagError."""
+    try:
+        return evaluate(_term(unit), {}, names_are="", units=[expected])
+    except (ValueError, ArithmeticError) as error:
+        raise BagError(
+            f"{path}: column '{head}': {error}; expected a unit as {expected}"
+        ) from error
+
+
+def _term(unit: str) -> str:
+    """A unit as a term: `mm/s^2` is 1*mm/s/s. Raises ValueError where it is none."""
+    text = unit
+    for sign, plain in _POWERS.items():
+        text = text.replace(sign, plain)
+    above, *below = text.split("/")
+    term = "1"
+    for part, sign in [(above, "*"), *((part, "/") for part in below)]:
+        for factor in part.replace("*", " ").split():
+            match = _FACTOR.fullmatch(factor)
+            if match is None:
+                raise ValueError(f"'{unit}' is no unit")
+            term += f"{sign}{match[1]}" * int(match[2] or 1)
+    return term
