@@ -19,6 +19,7 @@ from ..ground.arrays import Array, Picklable
 from ..kernels.run import Codes
 from ..programs import OutcomeKind, kinds
 
+_BELOW_ALL: Final = -1.0  # no distance: those of loops are in [0, 1]
 # fields with a row for each state of a batch
 _COLUMNS: Final = (
     "u",
@@ -58,8 +59,8 @@ class ClosedState(Picklable):
         residual: largest error of the loop equations, in lengths of the loop (dimensionless) or
             radians.
         branch: assembly mode of each loop by name.
-        signs: branch sign of each block of the closure plan, +1 or -1: (blocks,) for all rows, or
-            (N, blocks).
+        signs: branch sign of each block of the closure plan, +1 or -1. (blocks,) where all rows
+            have the same, else (N, blocks).
         loops: names of the loops.
         distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
             2 abs(det J_z) / norm(J_z)^2 with J_z made dimensionless.
@@ -93,7 +94,7 @@ class ClosedState(Picklable):
             array.flags.writeable = False
 
     def __repr__(self) -> str:
-        """Coordinates and rates (of a batch their shapes), and the worst evidence of all rows."""
+        """Coordinates and rates, or their shapes for a batch; the worst evidence of all rows."""
         parts = [f"{name}={_text(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
         residual = np.max(self.residual, initial=0.0)
         singularity = np.min(self.singularity, initial=1.0)
@@ -129,9 +130,10 @@ class ClosedState(Picklable):
     def turns(self) -> Mapping[str, int | NDArray[np.int64]]:
         """Whole turns of each passive revolute joint by name, away from the robot's reference.
 
-        All are 0 where `close` had no state to come from: it takes the angles nearest to the
-        reference's. A spring, a limit or a joint that follows sees the angle with its turns. Of a
-        batch each is (N,). Rows that did not close count 0.
+        Where `close` had no state to come from, it takes the angles nearest to the reference's:
+        all turns are 0. A spring, a limit or a joint that follows sees the angle with its turns.
+
+        For a batch each count is an array (N,), with 0 in rows that did not close.
         """
         counts: dict[str, int | NDArray[np.int64]] = {}
         for name, (k, start) in self.passive_angles.items():
@@ -158,13 +160,15 @@ class ClosedState(Picklable):
             return self._nearest_loop()
         if not self.loops:
             return [""] * len(self.u)
-        distances = np.nan_to_num(self.distances, nan=-1.0)
+        # the distance of a loop that does not close is NaN: such a loop comes first
+        distances = np.nan_to_num(self.distances, nan=_BELOW_ALL)
         nearest = np.argmin(distances, axis=-1)
         return [self.loops[int(k)] for k in nearest]
 
     def _nearest_loop(self) -> str:
-        """Of one state. Plain floats are quicker than NumPy here."""
+        """The `singular_loop` of one state."""
         nearest, least = "", math.inf
+        # plain floats: quicker than NumPy for so small an array
         for loop, distance in zip(self.loops, self.distances.tolist(), strict=True):
             # the distance of a loop that does not close is NaN
             if math.isnan(distance):
@@ -246,6 +250,7 @@ def closure_statuses(codes: Codes) -> NDArray[np.int64]:
     A state that lies on no smooth way, or has no finite result, counts as singular.
     """
     outcome = kinds(codes)
+    # up to SINGULAR both enumerations have the same numbers
     return np.where(outcome > OutcomeKind.SINGULAR, ClosureStatus.SINGULAR, outcome)
 
 

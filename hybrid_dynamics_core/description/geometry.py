@@ -25,7 +25,7 @@ _GIMBAL_LOCK = 1e-9  # cosine of the pitch below which roll and yaw turn about o
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """A pose: takes coordinates of the frame to those of the frame around it.
+    """A pose of a frame in the frame around it. It takes coordinates from one to the other.
 
     Attributes:
         rotation: (3, 3).
@@ -56,7 +56,8 @@ class Transform:
     def is_identity(self) -> bool:
         """Whether nothing is moved at all."""
         is_turned = not np.array_equal(self.rotation, IDENTITY)
-        return not is_turned and not self.translation.any()
+        is_shifted = self.translation.any()
+        return not (is_turned or is_shifted)
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
@@ -106,13 +107,15 @@ def rotation_about(axis: Array, angle: float) -> Array:
     )
     sine = math.sin(angle)
     versine = 1.0 - math.cos(angle)
+    # Rodrigues' formula
     return snapped(np.eye(3) + sine * skew + versine * skew @ skew)
 
 
 def rotation_with_z_axis(axis: Array) -> Array:
     """A rotation matrix (3, 3) whose z axis is the unit vector `axis` (3,)."""
-    most_across = int(np.argmin(np.abs(axis)))
-    side = np.eye(3)[most_across]
+    # the coordinate axis that is farthest from parallel: nothing is lost in the difference
+    farthest = int(np.argmin(np.abs(axis)))
+    side = np.eye(3)[farthest]
     x = side - (side @ axis) * axis
     x /= np.linalg.norm(x)
     y = np.cross(axis, x)
@@ -132,7 +135,10 @@ def rotation_from_quaternion(quaternion: Array) -> Array:
 
 
 def nearest_rotation(matrix: Array) -> Array:
-    """The rotation matrix (3, 3) nearest to one that was rounded; itself where it is one."""
+    """The rotation matrix (3, 3) nearest to a matrix of rounded numbers.
+
+    A matrix that is a rotation but for rounding in the last digits is returned as it is.
+    """
     if np.abs(matrix @ matrix.T - IDENTITY).max() <= _ORTHONORMAL:
         return snapped(matrix)
     left, _, right = np.linalg.svd(matrix)
@@ -152,7 +158,8 @@ def unit_axis(axis: str | list[float]) -> Array:
     """
     if isinstance(axis, str):
         sign = -1.0 if axis.startswith("-") else 1.0
-        return frozen([sign * component for component in _AXES[axis[-1]]])
+        letter = axis[-1]
+        return frozen([sign * component for component in _AXES[letter]])
     length = math.sqrt(sum(component * component for component in axis))
     if length == 0.0:
         raise ValueError("the axis has no length; give a direction such as [0, 0, 1]")

@@ -262,7 +262,10 @@ def _dot(a: Operands, b: Operands) -> Scalar:
 
 
 def _newton_tangents(block: Block, solution: Operands, changes: Sequence[Tangent]) -> list[Tangent]:
-    """Of the solution of a block's equations; whether the iteration converged does not change."""
+    """Tangents of the outputs of a block that solves equations.
+
+    Outputs are the solution, and whether the iteration converged, which has no tangent.
+    """
     result: list[Tangent] = [{} for _ in range(block.outputs)]
     moving = [k for k, change in enumerate(changes) if change]
     if not moving:

@@ -132,7 +132,7 @@ class RobotModel:
 
     @lazy
     def follows(self) -> bool:
-        """Whether some loop has no closed form, so that its mode is that of a state nearby."""
+        """Whether some loop has no closed form: its mode is then that of a state nearby."""
         return any(block.iterates for block in self.plan.blocks)
 
     @lazy
@@ -149,26 +149,31 @@ class RobotModel:
     def limits(self) -> Array:
         """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
 
-        They are the limits of the description, narrowed to the `closing_range`, and to the limits
-        of joints that follow this one alone.
+        They are what three ranges share: the limits of the description, the `closing_range`, and
+        what the limits of joints that follow this one alone leave.
         """
-        limits = [self.description.joints[name].limits for name in self.active]
-        ranges = [np.array(limits), self.closing_range, *self._limits_of_followers()]
+        described = [self.description.joints[name].limits for name in self.active]
+        ranges = [np.array(described), self.closing_range, *self._ranges_from_followers()]
         lower = np.max([one[:, 0] for one in ranges], axis=0)
         upper = np.min([one[:, 1] for one in ranges], axis=0)
         return frozen(np.stack([lower, upper], axis=1))
 
-    def _limits_of_followers(self) -> Iterator[Array]:
-        """What the limits of each joint that follows one active joint leave (n, 2) [rad, m]."""
+    def _ranges_from_followers(self) -> Iterator[Array]:
+        """Ranges (n, 2) of the active coordinates [rad, m], one of each follower's limits.
+
+        A follower is a joint that follows one active joint alone.
+        """
         for name, mimic in self.description.mimics.items():
-            followed = [joint for joint in mimic.multipliers if mimic.multipliers[joint]]
-            if len(followed) != 1 or followed[0] not in self.active:
+            leaders = [joint for joint in mimic.multipliers if mimic.multipliers[joint]]
+            if len(leaders) != 1 or leaders[0] not in self.active:
                 continue
-            ends = np.array(self.description.joints[name].limits)
-            at_ends = (ends - mimic.offset) / mimic.multipliers[followed[0]]
-            limits = np.tile([-np.inf, np.inf], (len(self.active), 1))
-            limits[self.active.index(followed[0])] = sorted(at_ends.tolist())
-            yield limits
+            leader = leaders[0]
+            limits = np.array(self.description.joints[name].limits)
+            leader_limits = (limits - mimic.offset) / mimic.multipliers[leader]
+            ranges = np.tile([-np.inf, np.inf], (len(self.active), 1))
+            # sorted: a negative multiplier swaps the ends
+            ranges[self.active.index(leader)] = np.sort(leader_limits)
+            yield ranges
 
     @lazy
     def effort_limits(self) -> Array:
@@ -189,9 +194,11 @@ class RobotModel:
     def closing_range(self) -> Array:
         """Range (n, 2) of each active coordinate in which the loops close [rad, m].
 
-        Just inside its ends the robot closes and just outside it does not, with the other active
-        coordinates at the reference. An end is infinite where nothing ends, or where it would move
-        with the other active coordinates. It is infinite too where an iteration decides.
+        Just inside its ends the robot closes, just outside it does not. The other active
+        coordinates are at the reference.
+
+        An end is infinite in three cases: the coordinate has none there, it would move with the
+        other active coordinates, or an iteration decides where it is.
         """
         ranges = [independent_range(self.tree, self.plan, k) for k in range(len(self.active))]
         return frozen(np.reshape(ranges, (-1, 2)))
@@ -232,8 +239,8 @@ class RobotModel:
 
         Args:
             given: n names of `coordinates`.
-            near: a closed configuration (n_s,) [rad, m] at which the coordinates are judged where
-                they do not determine the other ones at the reference.
+            near: a closed configuration (n_s,) [rad, m]. It is tried where the given coordinates
+                do not determine the other ones at the reference.
 
         Raises:
             InputError: a name is unknown, or these coordinates do not determine the other ones.
@@ -243,6 +250,7 @@ class RobotModel:
         return self._models_by_given[given]
 
     def _plan_near(self, given: tuple[str, ...], near: Array | None) -> ClosurePlan:
+        """The plan at the reference, or else at a configuration `near`."""
         try:
             return self._plan_from(given, self.reference_s)
         except InputError:
@@ -278,8 +286,9 @@ def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:
     try:
         return RobotModel(description, tree, build_plan(tree, description))
     except DescriptionError:
-        beside = with_regular_reference(tree, description)
-        if beside is None:
+        # perhaps only the reference is singular: a configuration beside it may be regular
+        regular = with_regular_reference(tree, description)
+        if regular is None:
             raise
-    tree = build_tree(beside)
-    return RobotModel(beside, tree, build_plan(tree, beside))
+    tree = build_tree(regular)
+    return RobotModel(regular, tree, build_plan(tree, regular))

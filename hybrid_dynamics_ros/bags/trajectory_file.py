@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 from zipfile import BadZipFile
@@ -22,15 +23,16 @@ from .errors import BagError, wrong_kind
 TRAJECTORY: Final = (
     "a trajectory (CSV with the columns time and JOINT, or .npz, as `simulate --save` writes them)"
 )
-# Names of each part: behind a joint's name, and of an array (N, n) in a .npz. The first are
-# written now, the others were by earlier versions.
+# Of the names of each part the first is written now, the others by earlier versions.
 _TIMES: Final = ("time", "t", "time [s]")
+# what follows a joint's name in the name of a column
 _SUFFIXES: Final = {
     "position": ("",),
     "velocity": (".velocity", ".rate"),
     "effort": (".effort",),
     "acceleration": (".acceleration",),
 }
+# arrays (N, n) of a .npz
 _ARRAYS: Final = {
     "position": ("position", "state_u", "u"),
     "velocity": ("velocity", "state_du", "du"),
@@ -39,7 +41,9 @@ _ARRAYS: Final = {
 }
 _EFFORT: Final = "effort"  # the part that may be known of some joints only
 _HEAD: Final = "head"  # array of a .npz with the names of its columns
-_REAL_KINDS: Final = "fiub"  # NumPy's codes of real numbers
+# codes of NumPy
+_REAL_KINDS: Final = "fiub"  # real numbers
+_COLUMN_KINDS: Final = "fi"  # floats and integers: booleans are flags, not columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +96,8 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
 
     Raises:
         BagCallError: there is no file, or one of another kind.
-        BagError: a column is missing, is of an active joint and not known, or has values that are
-            no numbers.
+        BagError: a column is missing, has values that are no numbers, or has the name of an active
+            joint with an ending that means nothing.
     """
     _require_trajectory(path)
     columns, unused_arrays = _read_columns(path, robot)
@@ -130,7 +134,7 @@ def _add_resting(columns: Columns, robot: Robot) -> None:
         if joint in columns:
             continue
         columns[joint] = np.full_like(columns[motor], position)
-        for suffix in (suffix for suffixes in _SUFFIXES.values() for suffix in suffixes if suffix):
+        for suffix in chain.from_iterable(_SUFFIXES.values()):
             if f"{motor}{suffix}" in columns:
                 columns.setdefault(f"{joint}{suffix}", np.zeros_like(columns[motor]))
 
@@ -144,7 +148,7 @@ def _require_trajectory(path: Path) -> None:
 
 
 def _read_columns(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
-    """Columns by name, and the arrays of the file that are none. Raises BagError."""
+    """Columns by name, and names of arrays that are no columns. Raises BagError."""
     try:
         if path.suffix == ".npz":
             return _read_npz(path, robot)
@@ -156,7 +160,11 @@ def _read_columns(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
 
 
 def _time_column(path: Path, columns: Columns, robot: Robot) -> str:
-    """The name of the times; there are columns of all active joints too. Raises BagError."""
+    """The name of the column of times.
+
+    Raises:
+        BagError: there is none, or no column of an active joint.
+    """
     candidates = [name for name in _TIMES if name in columns and name not in robot.active]
     missing = [name for name in robot.active if name not in columns]
     if not candidates:
@@ -192,9 +200,8 @@ def _require_meaning(path: Path, unused: Sequence[str], robot: Robot) -> None:
     """Refuse a column of an active joint that means nothing: it is a slip. Raises BagError."""
     stems = tuple(f"{name}." for name in robot.active)
     meaningful: set[str] = set()
-    for suffixes in _SUFFIXES.values():
-        for suffix in suffixes:
-            meaningful |= {f"{name}{suffix}" for name in robot.coordinates}
+    for suffix in chain.from_iterable(_SUFFIXES.values()):
+        meaningful |= {f"{name}{suffix}" for name in robot.coordinates}
     unknown = [name for name in unused if name not in meaningful and name.startswith(stems)]
     if unknown:
         allowed = [f"JOINT{suffixes[0]}" for suffixes in _SUFFIXES.values()]
@@ -221,7 +228,7 @@ def _read_csv(path: Path) -> Columns:
 
 
 def _read_npz(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
-    """Columns by name, and the arrays that are none."""
+    """Columns by name, and names of arrays that are no columns."""
     arrays = _load_npz(path)
     columns: Columns = {}
     for part, keys in _ARRAYS.items():
@@ -230,7 +237,7 @@ def _read_npz(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
                 columns |= _split_table(key, arrays.pop(key), part, robot)
                 break
     for name, values in list(arrays.items()):
-        is_column = values.ndim == 1 and values.dtype.kind in "fi"
+        is_column = values.ndim == 1 and values.dtype.kind in _COLUMN_KINDS
         if is_column and name not in columns:
             columns[name] = np.asarray(arrays.pop(name), dtype=np.float64)
     return columns, [name for name in arrays if name not in columns and name != _HEAD]

@@ -42,7 +42,7 @@ class LinkTransforms:
         return slots
 
     def _quaternions(self, s: FloatArray) -> FloatArray:
-        """Of the fixed rotations, turned about the axes; (..., n_s, 4)."""
+        """Quaternions (..., n_s, 4) of the fixed rotations, each turned about its joint's axis."""
         half = np.where(self._is_revolute, 0.5 * s, 0.0)
         sine, cosine = np.sin(half), np.cos(half)
         a, b, c, d = self._fixed.T
@@ -54,6 +54,6 @@ class LinkTransforms:
             d * cosine - a * x - b * y - c * z,
         ]
         turned = np.stack(parts, axis=-1)
-        # Of the two that are the same rotation, the one with w >= 0.
+        # q and -q are the same rotation: the one with w >= 0 is taken
         positive: FloatArray = np.copysign(1.0, turned[..., 3:]) * turned
         return positive

@@ -9,7 +9,9 @@ from typing import Final
 from .process.stop_signals import StopSignals
 from .process.watchdog import Watchdog
 
+# A thread that takes code from disk passes the interpreter on to the stream sooner.
 _SWITCH_INTERVAL: Final = 5e-4  # [s]
+_MAX_WAIT: Final = 0.5  # [s] for an event: so often at least the loop beats and sees a signal
 _USAGE: Final = (
     "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r"
     " __node:=NAME]"
@@ -17,7 +19,7 @@ _USAGE: Final = (
 _MORE: Final = """
 The node of one robot: a name of a shipped robot, or the path of a description file. It runs until
 SIGINT (Ctrl-C) or SIGTERM; a second one ends it at once. Parameters, with defaults, units and
-texts, are in config/forging_chu2020.yaml; docs/node.md tells all of topics and services.
+texts, are in config/forging_chu2020.yaml; docs/node_reference.md lists topics and services.
 """
 _NO_ROS: Final = """\
 hybrid_dynamics_node needs ROS 2 Jazzy: the Python module {name} is not there.
@@ -29,16 +31,15 @@ hybrid_dynamics_node needs ROS 2 Jazzy: the Python module {name} is not there.
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM. Returns the exit code of the process."""
     words = sys.argv if args is None else args
-    if {"-h", "--help"} & set(words[1:]):
+    if "-h" in words[1:] or "--help" in words[1:]:
         sys.stdout.write(f"{_USAGE}\n{_MORE}")
         return 0
-    # Outside a sourced ROS installation nothing says where packages are: then they are here.
+    # Where no ROS installation is sourced, packages are beside this Python.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
     # Matrices are small: on a busy machine the threads of OpenBLAS wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # A thread that takes code from disk passes the interpreter on to the stream sooner.
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    # Sent in another thread, a message costs the stream the same, however slow its readers are.
+    # Another thread sends: slow readers cost the stream nothing.
     os.environ.setdefault("RMW_FASTRTPS_PUBLICATION_MODE", "ASYNCHRONOUS")
     stop = StopSignals()
     # Late: its imports take a while, and the usage above needs none of them.
@@ -64,7 +65,7 @@ def _run(args: list[str], stop: StopSignals) -> int:
     from ..parameters import ParameterError  # noqa: PLC0415
 
     try:
-        # Those of rclpy would end the context under the node.
+        # The signal handlers of rclpy would end the context while the node still uses it.
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # wrong ROS arguments
         return _failed(error)
@@ -93,10 +94,10 @@ def _spin(stop: StopSignals) -> None:
             executor = make_executor()
             executor.add_node(node)
             node.start()
-            # Not spin(): the events executor's does not return on signals.
+            # Not spin(): that of the events executor does not return on signals.
             while ok() and not stop.requested.is_set():
                 watchdog.beat()
-                executor.spin_once(timeout_sec=0.5)
+                executor.spin_once(timeout_sec=_MAX_WAIT)
             executor.shutdown()
     finally:
         node.discard()

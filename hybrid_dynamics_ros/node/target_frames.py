@@ -45,7 +45,11 @@ class TargetFrames:
         self._listener.unregister()
 
     def bring(self, request: Any) -> Rejection | None:
-        """Write the targets of a request in the base frame; why not, where that fails."""
+        """Write the targets of a request in the base frame.
+
+        Returns:
+            Why a target cannot be written in it; None if all could.
+        """
         for target, when in _targets(request):
             frame = target.header.frame_id
             if frame in ("", self._base):
@@ -61,16 +65,18 @@ class TargetFrames:
 
 
 def target_frames(node: Node, names: FrameNames, settings: NodeSettings) -> TargetFrames | None:
-    """What the parameters ask for.
+    """The frames of /tf, if the parameters ask for them; else only the base frame is taken.
 
     Raises:
         ParameterError: tf2_ros is asked for, and not installed.
     """
-    return TargetFrames(node, names) if settings[TF_TARGETS] else None
+    if not settings[TF_TARGETS]:
+        return None
+    return TargetFrames(node, names)
 
 
 def _targets(request: Any) -> Iterator[tuple[PoseStamped, Time]]:
-    """Poses of a request, and when their frames are asked for; the newest time is zero."""
+    """Poses of a request, each with the time of its frame; time zero stands for the newest."""
     if isinstance(request, SolveIK.Request):
         yield request.target, Time.from_msg(request.target.header.stamp)
     if isinstance(request, TrajectoryStep.Request):
@@ -83,24 +89,29 @@ def _targets(request: Any) -> Iterator[tuple[PoseStamped, Time]]:
 def _move(target: PoseStamped, transform: Any) -> None:
     """Write a pose in the frame that a transform leads to."""
     position, quaternion = conversions.pose_arrays(target.pose)
-    shift, turn = transform.translation, transform.rotation
-    turning = np.array([turn.x, turn.y, turn.z, turn.w])
+    shift = transform.translation
+    turn = transform.rotation
+    translation = np.array([shift.x, shift.y, shift.z])
+    rotation = np.array([turn.x, turn.y, turn.z, turn.w])
     point = target.pose.position
-    moved = _turned(turning, position) + np.array([shift.x, shift.y, shift.z])
+    moved = _turned(rotation, position) + translation
     point.x, point.y, point.z = moved.tolist()
     orientation = target.pose.orientation
-    product = _product(turning, quaternion).tolist()
-    orientation.x, orientation.y, orientation.z, orientation.w = product
+    turned = _product(rotation, quaternion)
+    orientation.x, orientation.y, orientation.z, orientation.w = turned.tolist()
 
 
 def _turned(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
     """A vector (3,) turned by a unit quaternion x y z w."""
     axis, w = quaternion[:3], quaternion[3]
+    # q v q* without its products that cancel
     across = 2.0 * np.cross(axis, vector)
     return np.asarray(vector + w * across + np.cross(axis, across))
 
 
 def _product(one: FloatArray, other: FloatArray) -> FloatArray:
     """The rotation `one` after `other`, as quaternions x y z w."""
-    vector = one[3] * other[:3] + other[3] * one[:3] + np.cross(one[:3], other[:3])
-    return np.append(vector, one[3] * other[3] - one[:3] @ other[:3])
+    a, w = one[:3], one[3]
+    b, v = other[:3], other[3]
+    vector = w * b + v * a + np.cross(a, b)
+    return np.append(vector, w * v - a @ b)

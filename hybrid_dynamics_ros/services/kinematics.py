@@ -41,7 +41,7 @@ IK_CODES: Final = {
 
 
 def solve_fk(context: ServiceContext, request: SolveFK.Request, response: SolveFK.Response) -> None:
-    """Close the loops for given active coordinates; poses of the frames asked for."""
+    """Poses of frames, and all joints, for given active coordinates."""
     robot, given = context.robot, request.active_joints
     motion = context.active_motion(given)
     state = context.close(motion.position, motion.velocity)
@@ -64,7 +64,7 @@ def _pose_message(header: Header, pose: Pose) -> PoseStamped:
 def solve_ik(context: ServiceContext, request: SolveIK.Request, response: SolveIK.Response) -> None:
     """Active coordinates that bring the end effector to a target.
 
-    Beside an error of the search the response has the nearest ones.
+    If there are none, the response has an error and the nearest coordinates.
     """
     robot = context.robot
     header = Header(stamp=request.target.header.stamp, frame_id=context.frames.base)
@@ -73,12 +73,13 @@ def solve_ik(context: ServiceContext, request: SolveIK.Request, response: SolveI
     if state is not None and np.isfinite(state.s).all():
         response.solution = conversions.joint_state(header, robot.coordinates, state.s)
         response.loops = list(result.branch)
-        response.branches = list(map(str, result.branch.values()))
+        response.branches = [str(mode) for mode in result.branch.values()]
     if result.status is not IKStatus.SOLVED or state is None:
         response.error_code = IK_CODES.get(result.status, ErrorCode.SINGULAR)
         response.error_text = " ".join(result.message.split())
-        is_finite = math.isfinite(result.residual)
-        response.residual = float(result.residual) if is_finite else math.nan
+        response.residual = math.nan
+        if math.isfinite(result.residual):
+            response.residual = float(result.residual)
         return
     require_finite(state.s)
     solutions = result.solutions
@@ -90,7 +91,10 @@ def solve_ik(context: ServiceContext, request: SolveIK.Request, response: SolveI
 def _solution(context: ServiceContext, request: SolveIK.Request) -> IKResult:
     robot = context.robot
     mask = list(request.mask) or None
-    position_only = request.position_only or (mask is not None and not any(mask[3:]))
+    position_only = request.position_only
+    if mask is not None:
+        rotations = mask[3:]
+        position_only = position_only or not any(rotations)
     target = target_of(context, request.target, position_only=position_only)
     seed = None
     if request.seed.name or request.seed.position:
@@ -141,7 +145,7 @@ def close_loops(
 
 
 def closed_state_message(robot: Robot, state: ClosedState, stamp: Time) -> ClosedStateMessage:
-    """What the topic `ClosedStates` sends, as an object."""
+    """One state as a message, with the fields that the topic of closed states sends."""
     strokes = StrokeMargins(robot)
     lower, upper = strokes.margins(state.s)
     message = ClosedStateMessage(
@@ -162,10 +166,10 @@ def closed_state_message(robot: Robot, state: ClosedState, stamp: Time) -> Close
 def target_of(
     context: ServiceContext, target: PoseStamped, *, position_only: bool
 ) -> FloatArray | Pose:
-    """A target in the base frame, as the robot takes it.
+    """A target in the base frame: a position (3,) [m], or a pose.
 
     Raises:
-        RejectedError: it is in another frame.
+        RejectedError: the target is in another frame.
     """
     frame, base = target.header.frame_id, context.frames.base
     if frame not in ("", base):
@@ -179,10 +183,10 @@ def target_of(
 
 
 def require_frames(robot: Robot, *frames: str) -> None:
-    """Refuse frames that the robot has not.
+    """Refuse frames that the robot does not have.
 
     Raises:
-        RejectedError: it has not this one.
+        RejectedError: the robot has no frame of this name.
     """
     for frame in frames:
         if frame not in robot.frames:

@@ -192,7 +192,7 @@ class Conversion:
             self._problem = Rejection(problem.code, f"{place}: {problem.text}")
 
     def _tolerance(self, follower: Follower) -> FloatArray:
-        """Of the effort of each active joint [N m or N]; infinite where there is none."""
+        """Tolerance of the effort of each active joint [N m or N]; infinite where none is set."""
         sizes = [np.abs(values[3]) for values in self._values]
         if self._scale is not None:
             sizes.append(self._scale)

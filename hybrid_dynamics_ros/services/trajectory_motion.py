@@ -111,7 +111,7 @@ class SmoothMotion:
         )
 
     def _coefficients(self, k: int, span: float) -> FloatArray:
-        """Of the powers of the time in interval k as a share of its length: (6, n)."""
+        """Coefficients (6, n) of the quintic of interval k in time over the interval's length."""
         start, end = self._scaled(k, span), self._scaled(k + 1, span)
         lower = np.stack([start[0], start[1], 0.5 * start[2]])
         reached = np.stack([lower.sum(axis=0), lower[1] + 2.0 * lower[2], 2.0 * lower[2]])

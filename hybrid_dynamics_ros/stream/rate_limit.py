@@ -132,5 +132,5 @@ class RateLimit:
 
 
 def _period(rate: float) -> int:
-    """Of a rate above 0 [ns]; of one below once in 146 years, that."""
+    """Period [ns] of a rate above 0 [Hz], at most 146 years: sums with a stamp fit 64 bits."""
     return round(min(1e9 / rate, _LARGEST / 2))

@@ -21,18 +21,22 @@ class UnknownTypeError(Exception):
 
 
 def decoder_of(topic: Topic) -> tuple[Decode, str]:
-    """What decodes the messages of a topic, and what is wrong with its description if anything.
+    """What decodes the messages of a topic.
 
-    The definition in the bag counts, as the messages were written with it.
+    The definition in the bag comes first, as the messages were written with it.
+
+    Returns:
+        The decoder, and what is wrong with the definition; an empty text if nothing is.
 
     Raises:
-        UnknownTypeError: its encoding is not CDR, or its type is not known and not defined.
+        UnknownTypeError: the encoding is not CDR, or the type is neither known nor defined.
     """
     if topic.encoding != CDR:
         raise UnknownTypeError(
             f"its messages are in the encoding '{topic.encoding}'; only {CDR}, that of ROS 2, can"
             " be read"
         )
+    kind = topic.kind or "without a name"
     is_shipped = topic.kind in typestore().types
     problem = ""
     try:
@@ -40,16 +44,13 @@ def decoder_of(topic: Topic) -> tuple[Decode, str]:
     except Exception as error:
         if not is_shipped:
             raise UnknownTypeError(
-                f"its type {topic.kind or 'without a name'} is not known, and its definition in"
+                f"its type {kind} is not known, and its definition in"
                 f" the bag cannot be read ({str(error) or type(error).__name__})"
             ) from error
         store = typestore()
         problem = "its definition in the bag cannot be read; the known type is taken"
     if store is None and not is_shipped:
-        raise UnknownTypeError(
-            f"its type {topic.kind or 'without a name'} is not known, and the bag does not define"
-            " it"
-        )
+        raise UnknownTypeError(f"its type {kind} is not known, and the bag does not define it")
     chosen = store or typestore()
 
     def decode(data: bytes) -> Any:
@@ -59,7 +60,11 @@ def decoder_of(topic: Topic) -> tuple[Decode, str]:
 
 
 def _defined(topic: Topic) -> Typestore | None:
-    """The types that a bag defines for a topic, among all known; None where it defines none."""
+    """The known types with those that the bag defines for a topic; None where it defines none.
+
+    Raises:
+        ValueError: the hash of the definition is not the one in the bag.
+    """
     if not topic.definition.strip():
         return None
     if topic.language == ROS2_MSG:
@@ -70,8 +75,11 @@ def _defined(topic: Topic) -> Typestore | None:
         return None
     store = Typestore()
     base = typestore()
-    store.fielddefs.update({name: base.fielddefs[name] for name in base.fielddefs.keys() - types})
-    store.types.update({name: base.types[name] for name in base.types.keys() - types})
+    # The bag's types replace the known ones of the same name: a store refuses a second definition.
+    for name in base.fielddefs.keys() - types:
+        store.fielddefs[name] = base.fielddefs[name]
+    for name in base.types.keys() - types:
+        store.types[name] = base.types[name]
     store.register(types)
     digest = store.hash_rihs01(topic.kind)
     if topic.digest and topic.digest != digest:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...bags.storage.bag_reader import read_raw
 from ...bags.storage.storage import RawMessage
+from ...messages.conversions import stamp_to_ns
 from ...messages.interfaces import deserialize
 from ...messages.joint_samples import FloatArray
 from ..topics import EFFORTS, INPUT, POSE, STATES, TYPES
@@ -26,7 +27,7 @@ class JointSeries:
     Attributes:
         names: joints.
         stamp_ns: header stamps (N,) [ns].
-        log_ns: when each arrived, of the input when it was sent (N,) [ns].
+        log_ns: when each arrived, or was sent in the case of the input (N,) [ns].
         position: (N, k) [rad or m]; NaN where a message has none.
         velocity: (N, k) [rad/s or m/s]; NaN where a message has none.
         effort: (N, k) [N m or N]; NaN where a message has none.
@@ -105,6 +106,7 @@ def _table(messages: Sequence[Any], names: tuple[str, ...], field: str) -> Float
     """A field of all messages (N, k), columns in the order of the names."""
     table = np.full((len(messages), len(names)), np.nan)
     for row, message in enumerate(messages):
+        # not strict: a message may leave the field empty
         values = dict(zip(message.name, getattr(message, field), strict=False))
         table[row] = [values.get(name, np.nan) for name in names]
     return table
@@ -124,5 +126,5 @@ def _pose_series(raw: Sequence[RawMessage]) -> PoseSeries:
 
 def _stamps(messages: Sequence[Any]) -> IntArray:
     """Header stamps (N,) [ns]."""
-    stamps = [message.header.stamp for message in messages]
-    return np.array([stamp.sec * 10**9 + stamp.nanosec for stamp in stamps], dtype=np.int64)
+    stamps = [stamp_to_ns(message.header.stamp) for message in messages]
+    return np.array(stamps, dtype=np.int64)

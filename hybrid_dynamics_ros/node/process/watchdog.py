@@ -16,17 +16,19 @@ from .one_shot import OneShotHandler
 
 LIMIT: Final = 10.0  # [s] without a beat
 PATIENCE: Final = 600.0  # [s] for work that is known to take long: code for a robot
-_TICKS: Final = 20  # within the limit: a process that was suspended misses one, however long it was
-_LAG: Final = 2.0  # [s] of the second alarm behind the limit: where it can, the thread comes first
-_REARM_PERIOD: Final = 1.0  # [s]
+# The limit is counted in ticks: a process that was suspended for hours misses one of them.
+_TICKS_PER_LIMIT: Final = 20
+# Where it can run, the thread comes first: it writes the reason in the log.
+_LAG: Final = 2.0  # [s] from the limit to the second alarm
+_REARM_PERIOD: Final = 1.0  # [s] at least between two settings of the alarm, which cost a call each
 
 
 class Watchdog:
     """Watches the beats of a loop, in two ways.
 
-    A thread ends the process, with a line in the log and where each thread stands. It cannot run
-    where the loop hangs in a call that holds Python's interpreter. There an alarm of the system
-    writes where each thread stands, and a second alarm ends the process.
+    A thread writes the reason and where each thread stands into the log, and ends the process. It
+    cannot run where the loop hangs in a call that holds Python's interpreter. There an alarm of
+    the system writes where each thread stands. A second alarm ends the process.
     """
 
     def __init__(self, limit: float = LIMIT) -> None:
@@ -69,27 +71,35 @@ class Watchdog:
     def stop(self) -> None:
         """Watch no more."""
         self._stopped.set()
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        _disarm()
 
     def _arm(self) -> None:
+        """Put both alarms off: the handler takes the first, the default action the second."""
         self._armed = time.monotonic()
         self._alarm.arm()
-        delay = (self._now_allowed + _LAG) / 2
-        signal.setitimer(signal.ITIMER_REAL, delay, delay)
+        period = (self._now_allowed + _LAG) / 2
+        signal.setitimer(signal.ITIMER_REAL, period, period)
 
     def _end_process_where_loop_stands_still(self) -> None:
-        tick = self._limit / _TICKS
-        missed, before = 0, -1
+        tick = self._limit / _TICKS_PER_LIMIT
+        missed = 0
+        before: int | None = None
         while not self._stopped.wait(tick):
             missed += 1
             if self._beats != before:
-                missed, before = 0, self._beats
+                missed = 0
+                before = self._beats
             if missed * tick >= self._now_allowed:
                 self._end()
 
     def _end(self) -> None:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        _disarm()
         stood = f"the loop of the node has stood still for {self._now_allowed:g} s"
         say("FATAL", f"{stood}: the process ends. Where its threads stand:")
         faulthandler.dump_traceback(all_threads=True)
         os._exit(1)
+
+
+def _disarm() -> None:
+    """Stop the timer of the alarms."""
+    signal.setitimer(signal.ITIMER_REAL, 0.0)

@@ -226,7 +226,7 @@ class PolynomialFilter(RateFilter):
 
     @property
     def steps(self) -> tuple[Steps, ...]:
-        """Of the degree, for one value a joint."""
+        """The formulas of the degree, for one channel."""
         return (PolynomialSteps(self.degree),)
 
     @property
