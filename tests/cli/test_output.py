@@ -343,3 +343,9 @@ def test_decimal_commas_are_named_as_such(
     result = call(verb, lift, *others)
     assert result.exit_code == 2
     assert words in " ".join(result.output.split())
+
+
+def test_joints_that_a_target_leaves_open_are_named() -> None:
+    position = ("ik", "five_bar", "--position", "-0.05", "0.3", "0", "--axes", "x,y")
+    assert "left near the seed: q_T" in call(*position).output
+    assert "left near the seed" not in call("ik", "type_c", "--position", "0.9", "0", "1.6").output

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, Robot, load
+from hybrid_dynamics_core.formats.reader import read_description
 
 PENDULUM = """<mujoco model="pendulum">
   <compiler angle="radian"/>
@@ -303,3 +305,23 @@ def test_light_bodies_keep_their_mass(tmp_path: Path) -> None:
         'mass="2" diaginertia="0.1 0.2 0.2"', 'mass="1e-09" diaginertia="1e-09 1e-09 1e-09"'
     )
     assert read(tmp_path, none).description.links["bob"].mass == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "taken"), [((1.0, 2.0, 2.5), (1.0, 2.0, 2.5)), ((1.0, 1.0, 2.5), (1.5, 1.5, 1.5))]
+)
+def test_only_moments_that_no_body_has_are_balanced(
+    given: tuple[float, ...], taken: tuple[float, ...], tmp_path: Path
+) -> None:
+    """The third is larger than the other two together, or it is not."""
+    path = tmp_path / "arm.xml"
+    moments = " ".join(map(str, given))
+    path.write_text(
+        '<mujoco><compiler balanceinertia="true"/><worldbody><body name="arm">'
+        f'<joint name="q"/><inertial pos="0 0 0" mass="1" diaginertia="{moments}"/>'
+        "</body></worldbody></mujoco>",
+        encoding="utf-8",
+    )
+    description = read_description(path)
+    np.testing.assert_allclose(description.links["arm"].inertia, np.diag(taken), atol=1e-12)
+    assert any("balanced" in note for note in description.notes) == (given != taken)
