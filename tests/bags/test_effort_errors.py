@@ -18,7 +18,6 @@ from hybrid_dynamics_ros.bags.analysis.effort_error import effort_errors
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from tests.cli.calling import call
-from tests.sampling import swept
 
 SPIKES = (40, 120, 121, 300, 455)
 MEDIAN = 0.6745  # of the sizes of Gaussian values of deviation 1
@@ -52,7 +51,8 @@ def test_what_is_far_off_is_counted_and_moves_the_rms_alone(recording: Path) -> 
     assert max(error.rms for error in others) < 2.0
 
 
-@pytest.mark.parametrize("bag", swept(["recording", "recording/"], ["recording/"]))
+@pytest.mark.sweep(sample="test_the_terminal_and_json_tell_it")
+@pytest.mark.parametrize("bag", ["recording", "recording/"])
 def test_the_page_is_named_as_the_bag_was(
     recording: Path, monkeypatch: pytest.MonkeyPatch, bag: str
 ) -> None:

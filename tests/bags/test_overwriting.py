@@ -26,6 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.sweep(sample="test_what_is_there_stays")
 def test_a_page_is_replaced_where_asked_for(folder: Path) -> None:
     pytest.importorskip("matplotlib")
     assert call("bag", "report", "a", "--output", "page.html", "--overwrite").exit_code == 0

@@ -14,6 +14,7 @@ from click.shell_completion import ShellComplete
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.exit_codes import MEANINGS
 from tests.cli.calling import call, shipped_text
+from tests.sampling import swept
 
 pytest.importorskip("rosbags")
 
@@ -109,7 +110,13 @@ def short_examples() -> Iterator[str]:
             yield from (line for line in examples(words) if "|" not in line)
 
 
-@pytest.mark.parametrize("line", list(short_examples()))
+PICTURES = re.compile(r" --(draw|plot)\b| workspace | bag report ")
+LINES = list(short_examples())
+
+
+@pytest.mark.parametrize(
+    "line", swept(LINES, [line for line in LINES if not PICTURES.search(line)])
+)
 @pytest.mark.usefixtures("folder")
 def test_the_examples_run(line: str) -> None:
     pytest.importorskip("matplotlib")

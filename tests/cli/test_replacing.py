@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-LONG = ("check", "report")
+LONG = ("branches", "check", "figure", "identify", "report", "workspace")
 
 
 @pytest.mark.parametrize("name", swept(WRITERS, [name for name in WRITERS if name not in LONG]))

@@ -51,7 +51,13 @@ CHECKED = (
 
 
 RUN_ALONE = [page for page in PAGES if page not in CHECKED and any(blocks_of(page))]
-LONG = ("docs/bags.md",)  # half a minute of commands
+LONG = (  # some seconds of commands
+    "docs/bags.md",
+    "docs/install.md",
+    "docs/own_robot.md",
+    "docs/papers.md",
+    "docs/robots.md",
+)
 
 
 @pytest.mark.parametrize("page", swept(RUN_ALONE, [page for page in RUN_ALONE if page not in LONG]))

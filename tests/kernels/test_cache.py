@@ -18,6 +18,7 @@ from hybrid_dynamics_core.kernels.cache import Entry
 from hybrid_dynamics_core.kernels.run import Kernel
 from tests.kernels.programs_of import BACKENDS
 from tests.mechanisms import changed
+from tests.sampling import swept
 
 U = np.array([0.3, 0.15, 0.175, 0.4])
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,10 +73,11 @@ def test_a_second_start_needs_no_tracing(
     assert second.layout == first.layout
 
 
+DAMAGES = ("short", "one bit of the code", "one bit of the facts", "empty", "noise", "longer")
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize(
-    "damage", ["empty", "short", "one bit of the code", "one bit of the facts", "noise", "longer"]
-)
+@pytest.mark.parametrize("damage", swept(DAMAGES, DAMAGES[:3]))
 def test_a_damaged_entry_is_made_anew(folder: Path, backend: str, damage: str) -> None:
     expected = tau(inverse_kernel(backend))
     for path in entries(folder):
