@@ -1,0 +1,192 @@
+"""Floods, hostile messages, calls and transitions against a node of its own, run by hand.
+
+python tools/hostile_node.py            floods and the hostile set
+python tools/hostile_node.py --soak 3600    an hour at 1 kHz, all services called
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_ros.services.table import TABLE
+
+_NODE: Final = "/hybrid_dynamics"
+_NAMES: Final = ["q1", "q12", "q22", "q4"]
+_POSITION: Final = [0.0, 0.1, 0.15, 0.0]
+_KEYS: Final = ("received", "left out under overload", "lost on the way")
+_PATIENCE: Final = 60.0  # [s] for an answer
+
+
+class Attacker:
+    """A node that sends, calls and counts."""
+
+    def __init__(self) -> None:
+        self.node = rclpy.create_node("attacker")
+        self.values: dict[str, str] = {}
+        self.answered: set[int] = set()
+        self.sent = 0
+        queue = QoSProfile(depth=1000)
+        self._states = self.node.create_publisher(JointState, f"{_NODE}/active_joint_states", queue)
+        self.node.create_subscription(JointState, f"{_NODE}/joint_states", self._on_answer, queue)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_report, 10)
+        kinds = {service.name: service.kind for service in TABLE}
+        kinds |= {"get_state": GetState, "change_state": ChangeState}
+        self.clients = {
+            name: self.node.create_client(kind, f"{_NODE}/{name}", qos_profile=queue)
+            for name, kind in kinds.items()
+        }
+
+    def _on_answer(self, message: JointState) -> None:
+        self.answered.add(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+
+    def _on_report(self, report: DiagnosticArray) -> None:
+        for status in report.status:
+            if status.name.endswith(": stream"):
+                self.values = {entry.key: entry.value for entry in status.values}
+
+    def send(self, **fields: Any) -> int:
+        """Publish a state; its stamp [ns]."""
+        now = time.time_ns()
+        message = JointState(**{"name": _NAMES, "position": _POSITION, **fields})
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 10**9)
+        self._states.publish(message)
+        self.sent += 1
+        return now
+
+    def wait(self, condition: Callable[[], bool], seconds: float = _PATIENCE) -> bool:
+        """Spin until the condition holds; whether it does."""
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            rclpy.spin_once(self.node, timeout_sec=0.02)
+        return condition()
+
+    def answers(self) -> bool:
+        """Whether the node answers a new state and a call."""
+        future = self.clients["get_state"].call_async(GetState.Request())
+        stamps = {self.send()}
+
+        def is_answered() -> bool:
+            return bool(future.done() and stamps & self.answered)
+
+        return self.wait(is_answered)
+
+    def counted(self) -> str:
+        """What the node says of the states so far."""
+        self.wait(lambda: False, 2.5)  # two reports
+        numbers = [int(self.values.get(key, "0")) for key in _KEYS]
+        parts = [f"{key} {number}" for key, number in zip(_KEYS, numbers, strict=True)]
+        return f"sent {self.sent}, counted {sum(numbers)} ({', '.join(parts)})"
+
+
+def flood(attacker: Attacker) -> None:
+    """As fast as possible for 3 s; the newest has to be answered with nothing behind it."""
+    end = time.monotonic() + 3.0
+    last = 0
+    while time.monotonic() < end:
+        last = attacker.send()
+    is_newest = attacker.wait(lambda: last in attacker.answered)
+    print(f"flood of 3 s: newest answered {is_newest}, {attacker.counted()}", flush=True)
+
+
+def bad_states() -> Iterator[dict[str, Any]]:
+    """States of every bad kind, again and again."""
+    nan, large = float("nan"), 1e300
+    kinds: list[dict[str, Any]] = [
+        {"name": []},
+        {"name": _NAMES[:2], "position": [0.0]},
+        {"name": [*_NAMES[:3], "q1"]},
+        {"name": ["a", "b", "c", "d"]},
+        {"position": [nan, 0.1, 0.15, 0.0]},
+        {"position": [large, 0.1, 0.15, 0.0]},
+        {"velocity": [float("inf")] * 4},
+        {"velocity": [0.0]},
+        {"position": [0.0, 9.0, 0.15, 0.0]},
+        {"name": ["x" * 300_000]},
+    ]
+    return itertools.cycle(kinds)
+
+
+def hostile(attacker: Attacker) -> None:
+    """10,000 bad messages, 2,000 empty calls and 60 transitions."""
+    services = itertools.cycle(service.name for service in TABLE)
+    transitions = itertools.cycle(("deactivate", "cleanup", "configure", "activate"))
+    futures = []
+    for count, fields in enumerate(itertools.islice(bad_states(), 10_000)):
+        attacker.send(**fields)
+        if count % 5 == 0:
+            client = attacker.clients[next(services)]
+            futures.append(client.call_async(client.srv_type.Request()))
+        rclpy.spin_once(attacker.node, timeout_sec=0.0)
+    is_done = attacker.wait(lambda: all(future.done() for future in futures), 300.0)
+    done = sum(future.done() for future in futures)
+    print(f"calls: {done} of {len(futures)} answered, all: {is_done}", flush=True)
+    changed = 0
+    for _ in range(60):
+        request = ChangeState.Request()
+        request.transition.label = next(transitions)
+        future = attacker.clients["change_state"].call_async(request)
+        changed += attacker.wait(future.done) and future.result().success
+    print(f"transitions: {changed} of 60 done", flush=True)
+
+
+def soak(attacker: Attacker, seconds: float) -> None:
+    """States at 1 kHz, all services called one after the other."""
+    services = itertools.cycle(service.name for service in TABLE)
+    begin = time.monotonic()
+    calls, future = 0, None
+    for count in itertools.count(1):
+        attacker.send()
+        if future is None or future.done():
+            client = attacker.clients[next(services)]
+            future = client.call_async(client.srv_type.Request())
+            calls += 1
+        due = begin + 1e-3 * count
+        while time.monotonic() < due:
+            rclpy.spin_once(attacker.node, timeout_sec=max(0.0, due - time.monotonic()))
+        if count % 60_000 == 0:
+            print(f"{count // 1000} s: {calls} calls, {attacker.counted()}", flush=True)
+        if count >= 1000 * seconds:
+            break
+    print(f"soak of {seconds:g} s: {calls} calls, {attacker.counted()}", flush=True)
+
+
+def main() -> None:
+    """Start a node, and do what was asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--soak", type=float, default=0.0, metavar="SECONDS")
+    options = parser.parse_args()
+    process = subprocess.Popen([sys.executable, "-m", "hybrid_dynamics_ros.node"])
+    rclpy.init()
+    attacker = Attacker()
+    try:
+        attacker.wait(attacker.clients["get_state"].service_is_ready)
+        attacker.wait(attacker.answers, 120.0)
+        if options.soak:
+            soak(attacker, options.soak)
+        else:
+            for _ in range(3):
+                flood(attacker)
+            hostile(attacker)
+        print(f"the node still answers: {attacker.answers()}", flush=True)
+    finally:
+        process.send_signal(signal.SIGINT)
+        print(f"exit code {process.wait(60.0)}")
+
+
+if __name__ == "__main__":
+    main()
