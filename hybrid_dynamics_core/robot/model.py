@@ -152,8 +152,9 @@ class RobotModel:
         They are what three ranges share: the limits of the description, the `closing_range`, and
         what the limits of joints that follow this one alone leave.
         """
-        described = [self.description.joints[name].limits for name in self.active]
-        ranges = [np.array(described), self.closing_range, *self._ranges_from_followers()]
+        limits = [self.description.joints[name].limits for name in self.active]
+        described = np.reshape(limits, (-1, 2))
+        ranges = [described, self.closing_range, *self._ranges_from_followers()]
         lower = np.max([one[:, 0] for one in ranges], axis=0)
         upper = np.min([one[:, 1] for one in ranges], axis=0)
         return frozen(np.stack([lower, upper], axis=1))

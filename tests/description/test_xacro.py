@@ -260,3 +260,42 @@ def test_without_the_library_a_sentence_says_what_to_install(
     monkeypatch.setattr(expand, "find_spec", lambda _: None)
     with pytest.raises(DescriptionError, match="pip install xacro"):
         load(robot)
+
+
+def test_a_file_of_macros_alone_is_no_robot(robot: Path) -> None:
+    macros = robot.parents[2] / "the_arm" / "urdf" / "arm.xacro"
+    with pytest.raises(
+        DescriptionError, match=r"arm.xacro:1: there are no links; a file of macros"
+    ):
+        load(macros)
+
+
+def test_sdformat_and_mjcf_may_be_xacro_files(tmp_path: Path) -> None:
+    mjcf = tmp_path / "arm.mjcf.xacro"
+    mjcf.write_text(
+        f'<mujoco {NAMESPACE}><xacro:property name="m" value="2"/><worldbody><body name="a">'
+        '<joint name="q" type="hinge" axis="0 1 0"/><inertial pos="0.1 0 0" mass="${2*m}"'
+        ' diaginertia="1 1 1"/></body></worldbody></mujoco>',
+        encoding="utf-8",
+    )
+    assert load(mjcf).description.links["a"].mass == 4.0
+    sdf = tmp_path / "arm.sdf.xacro"
+    sdf.write_text(
+        f'<sdf version="1.9" {NAMESPACE}><xacro:arg name="m" default="2"/><model name="arm">'
+        '<link name="base"/><link name="a"><inertial><mass>${2*$(arg m)}</mass></inertial></link>'
+        '<joint name="f" type="fixed"><parent>world</parent><child>base</child></joint>'
+        '<joint name="q" type="revolute"><parent>base</parent><child>a</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint></model></sdf>",
+        encoding="utf-8",
+    )
+    assert load(sdf, xacro_args={"m": 3}).description.links["a"].mass == 6.0
+
+
+def test_a_robot_that_cannot_move_has_no_limits(tmp_path: Path) -> None:
+    file = tmp_path / "stand.urdf"
+    file.write_text(
+        '<robot name="stand"><link name="base"/><link name="plate"/><joint name="f" type="fixed">'
+        '<parent link="base"/><child link="plate"/></joint></robot>',
+        encoding="utf-8",
+    )
+    assert load(file).limits.shape == (0, 2)

@@ -246,7 +246,9 @@ class _UrdfReader:
             return
         listed = ", ".join(roots[:_MAX_LISTED])
         problem = f"{len(roots)} links are without a parent ({listed}); a robot has one"
-        if links and not roots:
+        if not links:
+            problem = "there are no links; a file of macros alone is included by one of a robot"
+        elif not roots:
             problem = (
                 "the joints form a cycle, no link is without a parent; cut it and give the loop"
                 " under closures"
