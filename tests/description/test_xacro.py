@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import runpy
 from pathlib import Path
 
 import pytest
@@ -299,3 +300,19 @@ def test_a_robot_that_cannot_move_has_no_limits(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     assert load(file).limits.shape == (0, 2)
+
+
+@pytest.mark.parametrize("form", ["yaml", "json", "xacro"])
+def test_files_with_faults_are_read_or_refused(form: str, tmp_path: Path, monkeypatch) -> None:
+    """The short form of tools/mutated_files.py."""
+    monkeypatch.setattr(expand, "_MAX_COMPUTING", 1)
+    tool = runpy.run_path(str(Path(__file__).parents[2] / "tools" / "mutated_files.py"))
+    right = tool["texts"](form)
+    mutation = tool["Mutation"](form, seed=1)
+    file = tmp_path / f"r.{form}"
+    file.write_text(right[0], encoding="utf-8")
+    assert tool["outcome"](file) == "read"
+    for _ in range(4):
+        text = mutation.changed(mutation.random.choice(right))
+        file.write_text(text, encoding="utf-8", errors="surrogatepass")
+        assert tool["outcome"](file) in ("read", "refused"), text

@@ -1,0 +1,167 @@
+"""Load thousands of files with faults in them: each is read, or refused by an error of the library.
+
+python tools/mutated_files.py {yaml,json,xacro} [COUNT] [SEED]
+
+Prints how many were read and refused, the longest processor time of one file, and the most memory.
+A file that ends otherwise is kept, and named; then the exit code is 1.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+import resource
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from hybrid_dynamics_core.description.located_yaml import read_yaml
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.formats.reader import read_description
+
+ROBOTS = Path(__file__).parent.parent / "hybrid_dynamics_core" / "robots"
+XACRO = """\
+<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="mass" default="2"/>
+  <xacro:property name="n" value="5"/>
+  <xacro:property name="length" value="${0.1 * n}"/>
+  <xacro:macro name="chain" params="k">
+    <link name="l${k}"><inertial><mass value="$(arg mass)"/><origin xyz="${length/2} 0 0"/>
+      <inertia ixx="1" iyy="${1 + k}" izz="${1 + k}" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <xacro:if value="${k &gt; 0}">
+      <joint name="j${k}" type="revolute"><parent link="l${k-1}"/><child link="l${k}"/>
+        <origin xyz="${length} 0 0" rpy="0 ${pi/2} 0"/><axis xyz="0 ${sin(pi/2)} 0"/>
+        <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+      <xacro:chain k="${k-1}"/>
+    </xacro:if>
+  </xacro:macro>
+  <xacro:chain k="${n}"/>
+</robot>
+"""
+WORDS = [
+    *("", "0", "-1", "1e999", ".inf", "nan", "[]", "{}", "null", '"', "'", "<", ">", "&a;", "*a"),
+    *("!!python/object:x", "9**9**9", "pi", "../", "\0", "\ufeff", "é", "true", "x" * 50, ": "),
+    *("- ", "\t", "\n", "#", "quat", "matrix", "xacro:", "name=", "[[[[", "{{{{", "${", "$("),
+]
+EXPRESSIONS = [
+    *("${9**9**9}", "${[0]*10**10}", "${'a'*10**10}", "$(find x)", "${x}", "${load_yaml('x')}"),
+    *("${m.k}", "${python.map}", "${1/0}", "${[x for x in range(9)]}", "$(arg q)", "$(eval 1+1)"),
+    *("$(dirname)", "$(cwd)", "${", "}", "${{}}", "$$", "${lambda: 1}", "${n", "**b", "k:=1 j:=^"),
+    *(
+        "${xacro.fatal(1)}",
+        "${xacro.message(1)}",
+        "${len(x)}",
+        "${-k}",
+        "${k+1}",
+        "true",
+        "",
+        "a b",
+    ),
+    *("../x.xacro", "/dev/zero", "r.xacro", "*.xacro", "${(lambda f: f(f))(lambda f: f(f))}"),
+    *("${math.factorial(10**7)}", "${max([])}", "$(optenv A b)", "${dict(a=1).a}", "${().real}"),
+]
+NUMBERS = ["0", "-1", "1e300", "1e-300", "99999999999", "nan", ".inf", "[1,2]", "abc"]
+
+
+def texts(form: str) -> list[str]:
+    """Files that are right."""
+    if form == "xacro":
+        return [XACRO]
+    robots = [file.read_text(encoding="utf-8") for file in sorted(ROBOTS.glob("*.yaml"))]
+    if form == "yaml":
+        return robots
+    return [json.dumps(read_yaml(text).data, indent=1) for text in robots]
+
+
+class Mutation:
+    """Makes faults: some in letters, some in numbers, words, lines and attributes."""
+
+    def __init__(self, form: str, seed: int) -> None:
+        self.random = random.Random(seed)  # noqa: S311 - no secret
+        self.kinds = [self.letters, self.number, self.word, self.lines]
+        if form == "xacro":  # the most of letters would be no XML
+            self.kinds = [self.number, self.word, self.attribute, self.attribute, self.attribute]
+
+    def changed(self, text: str) -> str:
+        """The text with one to four faults."""
+        for _ in range(self.random.randint(1, 4)):
+            text = self.random.choice(self.kinds)(text) or " "
+        return text
+
+    def letters(self, text: str) -> str:
+        """Letters that are left out, replaced or repeated."""
+        start = self.random.randrange(len(text) + 1)
+        end = min(len(text), start + self.random.choice([0, 1, 2, 5, 20, 100, 400]))
+        new = self.random.choice([self.random.choice(WORDS), text[start:end] * 50])
+        return text[:start] + new + text[end:]
+
+    def number(self, text: str) -> str:
+        """Another number."""
+        return self.replaced(text, r"-?\d+\.?\d*", NUMBERS)
+
+    def word(self, text: str) -> str:
+        """Another word of the text."""
+        words = re.findall(r"\w+", text) or [" "]
+        return self.replaced(text, r"\w+", words)
+
+    def attribute(self, text: str) -> str:
+        """An expression as an attribute."""
+        return self.replaced(text, r'(?<==")[^"]*(?=")', EXPRESSIONS)
+
+    def replaced(self, text: str, pattern: str, choices: list[str]) -> str:
+        """One of the places that match, with one of the choices."""
+        matches = list(re.finditer(pattern, text))
+        if not matches:
+            return text
+        match = self.random.choice(matches)
+        return text[: match.start()] + self.random.choice(choices) + text[match.end() :]
+
+    def lines(self, text: str) -> str:
+        """Two lines in each other's place."""
+        lines = text.split("\n")
+        one, other = (self.random.randrange(len(lines)) for _ in range(2))
+        lines[one], lines[other] = lines[other], lines[one]
+        return "\n".join(lines)
+
+
+def outcome(file: Path) -> str:
+    """What comes of a file."""
+    try:
+        read_description(file)
+    except HybridDynamicsError:
+        return "refused"
+    except Exception as error:  # noqa: BLE001 - which is what is looked for
+        return f"{type(error).__name__}: {error}"
+    return "read"
+
+
+def main(form: str, count: int = 2000, seed: int = 0) -> int:
+    """Load the files of one format."""
+    right = texts(form)
+    mutation = Mutation(form, seed)
+    counts: Counter[str] = Counter()
+    longest = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"r.{form}"
+        for k in range(count):
+            text = mutation.changed(mutation.random.choice(right))
+            file.write_text(text, encoding="utf-8", errors="surrogatepass")
+            start = time.process_time()
+            result = outcome(file)
+            longest = max(longest, time.process_time() - start)
+            counts[result] += 1
+            if result not in ("read", "refused"):
+                kept = Path(tempfile.gettempdir()) / f"mutated_{seed}_{k}.{form}"
+                kept.write_text(text, encoding="utf-8", errors="surrogatepass")
+                print(f"{kept}: {result}")
+    usages = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    memory = max(resource.getrusage(usage).ru_maxrss for usage in usages) / 1024.0
+    print(f"{form}: {dict(counts)}; longest {longest:.2f} s, most memory {memory:.0f} MB")
+    return int(bool(set(counts) - {"read", "refused"}))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], *map(int, sys.argv[2:])))
