@@ -11,7 +11,7 @@ from typing import Any, Final
 import click
 
 from hybrid_dynamics_ros.bags.errors import BagCallError
-from hybrid_dynamics_ros.bags.job import SMOOTHINGS, Job
+from hybrid_dynamics_ros.bags.job import CAUSAL, SMOOTHINGS, Job
 from hybrid_dynamics_ros.bags.parallel import Result, WrongCall, run_jobs
 from hybrid_dynamics_ros.bags.provenance import smoothing_of
 from hybrid_dynamics_ros.bags.settings import read_settings
@@ -58,7 +58,7 @@ Examples:
 @click.option(
     "--smooth",
     type=click.Choice(SMOOTHINGS),
-    default="causal",
+    default=CAUSAL,
     show_default=True,
     help="How rates are found; causal: as the node.",
 )

@@ -29,10 +29,10 @@ class Definite:
 
         Args:
             matrix: rows (size, size).
-            floor: added where one divides by a pivot. It is so small that it counts only where
-                nothing remains, and keeps results without meaning finite.
-            keep: from a row and its pivot, 1 where the row counts, or 0 where its unknown is zero
-                and its equation is left out. All count if None.
+            floor: added to each pivot before dividing by it. It is so small that it counts only
+                where the pivot is zero: there it keeps results finite, though without meaning.
+            keep: called with a row and its pivot. It gives 1 where the row counts. It gives 0
+                where its equation is left out and its unknown is zero. If None, all rows count.
         """
         self.size = len(matrix)
         self._floor = floor
@@ -58,7 +58,7 @@ class Definite:
         return x
 
     def remainders(self, rhs: Scalars) -> list[Scalar]:
-        """What the rows before leave of each entry of a right-hand side."""
+        """y with L y = rhs: what the rows before leave of each entry."""
         remainders: list[Scalar] = []
         for i, row in enumerate(self._lower):
             value = rhs[i]
@@ -68,7 +68,7 @@ class Definite:
         return remainders
 
     def dependence(self, i: int) -> list[Scalar]:
-        """Shares (i,) of the rows before that come nearest to row i."""
+        """Coefficients (i,) of the combination of rows 0 to i - 1 that is nearest to row i."""
         x = list(self._lower[i])
         for k in range(i - 1, -1, -1):
             for j in range(k + 1, i):
@@ -86,17 +86,16 @@ class Definite:
         return scaled
 
     def _divided_by_pivots(self, values: Scalars) -> list[Scalar]:
+        """Each value over the pivot of its row; zero in rows that are left out."""
         quotients: list[Scalar] = []
         for value, pivot, mask in zip(values, self.pivots, self.mask, strict=True):
             quotients.append(mask * value / self._divisor(pivot, mask))
         return quotients
 
     def _divisor(self, pivot: Scalar, mask: Scalar) -> Scalar:
-        """The pivot, or 1 for a row that is left out.
-
-        1 too where it is the constant zero: that must not stop a trace.
-        """
+        """The pivot, or 1 for a row that is left out."""
         raised = mask * pivot + self._floor + (1.0 - mask)
+        # a constant zero must not stop a trace
         if isinstance(raised, float) and raised == 0.0:
             return 1.0
         return raised

@@ -1,7 +1,7 @@
 """Following a configuration along a motion: predict with R, correct with the closure.
 
 On its assembly mode a mechanism moves smoothly. The move of a step is what R predicts at its start.
-It is also what R at its end gives in hindsight. Both agree better the shorter the step is.
+It is also what R at its end gives in hindsight. The shorter the step, the better both agree.
 
 A step that does not agree is shortened. Where no step is short enough, the motion meets a singular
 place (a toggle, a change point), or would have to jump to another assembly mode.
@@ -24,7 +24,7 @@ from ..kernels.status import GOOD, JUMP
 
 Values = Mapping[str, Array]
 Rows = NDArray[np.intp]
-# (u, guess, rows of all that they are) -> results with s and R, status codes
+# (u, guess, indices of these rows in the batch) -> results with s and R, status codes
 Close = Callable[[Array, Array, Rows], tuple[Values, Codes]]
 Mask = NDArray[np.bool_]
 
@@ -32,9 +32,10 @@ CORRECTION = 0.25  # largest part of the predicted step that the correction may 
 SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
 SHORTEST = 1e-7  # of the way: a shorter step means that there is no smooth way on
-MAX_ROUNDS = 400  # of a short way
-MOST_ROUNDS = 1e6
-ROUNDS = 100  # more for each [rad or m] of the way of the given coordinates
+# A longer way needs more steps, accepted or rejected: so many are tried at most.
+BASE_ROUNDS = 400
+ROUNDS_PER_LENGTH = 100  # [1/rad or 1/m] of the way of the given coordinates
+MAX_EXTRA_ROUNDS = 1e6
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,8 @@ def continue_to(
     codes = codes.copy()
     working = codes == GOOD
     longest = float(np.abs(end_u - start_u).max(initial=0.0))
-    for _ in range(MAX_ROUNDS + int(min(ROUNDS * longest, MOST_ROUNDS))):
+    extra_rounds = int(min(ROUNDS_PER_LENGTH * longest, MAX_EXTRA_ROUNDS))
+    for _ in range(BASE_ROUNDS + extra_rounds):
         rows = np.flatnonzero(working & (progress < 1.0))
         if not len(rows):
             break

@@ -22,14 +22,15 @@ from .paint.picture import limits_of, make_scene, paint_scene
 
 _WIDTH: Final = 7.2  # [in]
 _HEIGHTS: Final = (1.8, 6.0)  # [in] least and greatest, of the axes
-# [in] left, right and below the axes: of a planar view there are ticks and names
+# [in] left, right and below the axes: a planar view has ticks and names there
 _PLANAR: Final = (0.76, 0.16, 0.46)
 _SPATIAL: Final = (0.1, 0.1, 0.05)
-_IMAGES: Final = 200  # [dots per inch] of what is an image within a drawing of lines
+_DPI_OF_IMAGES: Final = 200  # within a drawing of lines, as .svg and .pdf are
+_DPI_OF_PNG: Final = 150
 _LABEL: Final = 0.2  # [in] where the name of the upright axis ends
-_PATHS: Final = re.compile(r' d="[^"]*"')
-_DECIMALS: Final = re.compile(r"(\.\d\d)\d+")
-# Stands in the files, which shows where they come from.
+_PATHS: Final = re.compile(r' d="[^"]*"')  # of an SVG
+_DECIMALS: Final = re.compile(r"(\.\d\d)\d+")  # two that stay, and the others
+# Files say by it where they come from.
 _MAKER: Final = f"hybrid_dynamics, Matplotlib {mpl.__version__}"
 
 
@@ -66,7 +67,7 @@ def robot_figure(
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as what the suffix says.
+    """Write a figure in the format of the file's suffix.
 
     Args:
         figure: to be written.
@@ -86,7 +87,7 @@ def save(figure: Figure, path: Path) -> None:
 def _save_svg(figure: Figure, path: Path) -> None:
     text = io.StringIO()
     metadata = {"Creator": _MAKER, "Date": None}
-    figure.savefig(text, format="svg", dpi=_IMAGES, metadata=metadata)
+    figure.savefig(text, format="svg", dpi=_DPI_OF_IMAGES, metadata=metadata)
     path.write_text(_PATHS.sub(_rounded, text.getvalue()), encoding="utf-8")
 
 
@@ -94,7 +95,7 @@ def _save_png(figure: Figure, path: Path) -> None:
     metadata = {"Software": _MAKER}
     figure.savefig(
         path,
-        dpi=150,
+        dpi=_DPI_OF_PNG,
         metadata=metadata,
         pil_kwargs={"optimize": True},
     )
@@ -102,9 +103,9 @@ def _save_png(figure: Figure, path: Path) -> None:
 
 def _save_pdf(figure: Figure, path: Path) -> None:
     metadata = {"Creator": _MAKER, "CreationDate": None}
-    figure.savefig(path, dpi=_IMAGES, metadata=metadata)
+    figure.savefig(path, dpi=_DPI_OF_IMAGES, metadata=metadata)
 
 
 def _rounded(path: re.Match[str]) -> str:
-    """A path of an SVG with two decimals [pt]: half the size, and nothing that could be seen."""
+    """A path of an SVG with two decimals [pt]: half the size, and no visible difference."""
     return _DECIMALS.sub(r"\1", path[0])

@@ -24,7 +24,7 @@ LONGEST: Final = 40  # characters of what was typed that a message repeats
 
 
 class NumberInput:
-    """Where the page puts what was typed into the box of a slider: a hidden line, see `script`.
+    """A hidden line of the page. `script` puts there what was typed into the box of a slider.
 
     Args:
         gui: of viser.
@@ -47,7 +47,8 @@ class NumberInput:
         def _(event: viser.GuiEvent[Any]) -> None:
             if not is_from_browser(event):
                 return
-            label, text = json.loads(event.target.value)[:2]
+            label, text, *_time = json.loads(event.target.value)
+            # without a text: somebody went to the box
             if text is None:
                 begin()
             else:
@@ -58,14 +59,11 @@ def parse_number(text: str, scope: Range) -> float:
     """The number that a text is, in the unit of a range.
 
     Args:
-        text: 0.25, 5e-2, or in another unit, 65*mm, 30*deg; of angles also a term, pi/6.
-        scope: of the quantity.
-
-    Returns:
-        The number.
+        text: 0.25 or 5e-2; 65*mm or 30*deg in another unit; for an angle also a term, pi/6.
+        scope: range of the quantity.
 
     Raises:
-        InputError: with the text and with what to type instead, for all other texts.
+        InputError: the text is none of these. The message says what to type instead.
     """
     value = _read(text.strip(), scope.unit)
     if value is None:
@@ -93,10 +91,13 @@ def _read(text: str, unit: str) -> float | None:
 
 def _advice(text: str, unit: str) -> str:
     """What to type instead, as far as that is plain."""
+    # the minus sign and the comma of a text that was copied from a page
     plain = text.replace("−", "-").replace(",", ".")
     guess = _DEGREES.sub("*deg", plain).removesuffix(unit).strip()
     if guess == text or _read(guess, unit) is None:
-        angle = ", or degrees, as 30*deg" if unit == "rad" else ""
+        angle = ""
+        if unit == "rad":
+            angle = ", or degrees, as 30*deg"
         return f"write the number alone, in {unit}, as 0.25 or 5e-2{angle}"
     if "," in text:
         return f"decimals have a point, write {guess}"

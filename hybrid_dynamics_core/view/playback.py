@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Final
 
 import viser
@@ -14,6 +15,7 @@ from .session import ViewSession
 from .slider import Slider
 
 SPEEDS: Final = ("0.1 x", "0.25 x", "0.5 x", "1 x", "2 x", "5 x", "10 x")
+_REAL_TIME: Final = "1 x"
 STEP: Final = 1e-3  # [s] of the time slider
 
 
@@ -45,7 +47,7 @@ class Playback:
             self.slider = Slider(gui, scope, 0.0, STEP)
             if motion.note:
                 gui.add_html(note_html(motion.note))
-            speed = gui.add_dropdown("speed", SPEEDS, initial_value="1 x")
+            speed = gui.add_dropdown("speed", SPEEDS, initial_value=_REAL_TIME)
         self._play.on_click(in_order(lambda _: enqueue("play", self._toggle)))
         self.slider.on_request("time", enqueue, self.seek)
 
@@ -53,7 +55,7 @@ class Playback:
         @in_order
         def _(event: viser.GuiEvent[Any]) -> None:
             value = float(str(event.target.value).removesuffix(" x"))
-            enqueue("speed", lambda: setattr(self, "speed", value))
+            enqueue("speed", partial(self._set_speed, value))
 
     def seek(self, time: float) -> None:
         """Show the sample that is nearest to a time [s]."""
@@ -61,7 +63,11 @@ class Playback:
         self.session.show_sample(self.motion.index(time))
 
     def tick(self, elapsed: float) -> None:
-        """Go on by some seconds of the clock on the wall, unless paused; at the end it stops."""
+        """Go on while playing, and stop at the end.
+
+        Args:
+            elapsed: real time since the last tick [s].
+        """
         if self.playing:
             time = self.time + elapsed * self.speed
             self.seek(min(time, self.motion.duration))
@@ -72,8 +78,12 @@ class Playback:
         self._play.label = "Pause" if self.playing else "Play"
         self.slider.follow(self.time)
 
+    def _set_speed(self, speed: float) -> None:
+        self.speed = speed
+
     def _toggle(self) -> None:
         self.playing = not self.playing
+        # from the end it begins anew
         if self.playing and self.time >= self.motion.duration:
             self.time = 0.0
         self.seek(self.time)

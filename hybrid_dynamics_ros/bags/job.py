@@ -9,7 +9,8 @@ from typing import Final
 
 from ..parameters import NodeSettings
 
-SMOOTHINGS: Final = ("causal", "savgol", "spline")
+CAUSAL: Final = "causal"  # the node's filter, sample by sample
+SMOOTHINGS: Final = (CAUSAL, "savgol", "spline")
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Job:
     target: Path
     robot: str
     topic: str | None = None
-    smooth: str = "causal"
+    smooth: str = CAUSAL
     keep: bool = False
     settings: NodeSettings = field(default_factory=NodeSettings)
 

@@ -24,7 +24,7 @@ from .batch_pipeline import BatchPipeline, BatchResult
 from .decode import Decoder
 from .errors import BagCallError, BagError
 from .input_topic import input_topic
-from .job import Job, Outcome
+from .job import CAUSAL, Job, Outcome
 from .provenance import process_notes, robot_notes
 from .recorded_pressures import RecordedPressures
 from .samples import Samples, slices
@@ -42,19 +42,23 @@ _BATCH: Final = 2048  # samples that go through the model together, and into one
 _OUTPUT_DEPTH: Final = 200  # messages that publishers of results keep
 _STRING: Final = "std_msgs/msg/String"
 _MAX_LOSSES_IN_ERROR: Final = 3
-_NO_STAMP: Final = 2**63 - 1  # [ns], later than every stamp
+_NO_STAMP: Final = 2**63 - 1  # [ns] later than every stamp; with a minus, earlier
 
 
 class Stopwatch:
-    """Adds up where the time goes."""
+    """Adds up what each kind of work takes."""
 
     def __init__(self, shares: Counter[str]) -> None:
-        """Start it; the shares [s] are added to."""
+        """Start it.
+
+        Args:
+            shares: time by kind of work [s]; laps are added to it.
+        """
         self._shares = shares
         self._last = time.perf_counter()
 
     def lap(self, what: str) -> None:
-        """All since the last lap was spent on this."""
+        """Add the time since the last lap to a kind of work."""
         now = time.perf_counter()
         self._shares[what] += now - self._last  # type: ignore[assignment]
         self._last = now
@@ -105,7 +109,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             outcome.losses = [*transfer.losses.describe(), *source.losses.describe()]
             _require_results(outcome, topic, pipeline)
             watch.lap("writing")
-        watch.lap("writing")
+        watch.lap("writing")  # closing the bag waits for the last chunks
         outcome.beside = bag.thread_time
     outcome.summary = pipeline.counts.summary()
     return outcome
@@ -113,7 +117,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
 
 def _require_smoothable(job: Job, topic: Topic) -> None:
     """Refuse to smooth a topic that has accelerations. Raises BagCallError."""
-    if topic.kind == JOINT_MOTION and job.smooth != "causal":
+    if topic.kind == JOINT_MOTION and job.smooth != CAUSAL:
         raise BagCallError(
             f"{job.source}: {topic.name} has accelerations, which are taken as they are: nothing"
             f" can be smoothed; leave out --smooth {job.smooth}"
@@ -222,10 +226,10 @@ class _Transfer:
         self._watch.lap("writing")
 
     def _process(self, messages: Messages) -> None:
-        """Decode messages, and evaluate them unless their rates wait for those that follow."""
+        """Decode messages. Evaluate them too, unless smoothing waits for the whole topic."""
         for rows in slices(len(messages), _BATCH):
             samples = self._decode(messages.part(np.arange(rows.start, rows.stop)))
-            if self._job.smooth == "causal":
+            if self._job.smooth == CAUSAL:
                 self._write(self._batches.process(samples))
             else:
                 self._waiting.append(samples)
@@ -248,7 +252,10 @@ class _Transfer:
         """Evaluate all samples with smoothed rates."""
         estimates = estimates_of(samples, self._job.smooth, self._evaluator)
         joints = self._evaluator.measured
-        start_ns = int(samples.stamp_ns[samples.usable][:1].sum())  # 0 where none is usable
+        usable_ns = samples.stamp_ns[samples.usable]
+        start_ns = 0
+        if len(usable_ns):
+            start_ns = int(usable_ns[0])
         self._outcome.outliers = [
             outlier.describe(joints, start_ns) for outlier in estimates.outliers
         ]

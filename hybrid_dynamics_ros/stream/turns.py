@@ -1,7 +1,7 @@
-"""Angles that begin anew after a whole turn go on: encoders give (-pi, pi] or [0, 2 pi).
+"""Continues angles across the wrap of encoders, which give (-pi, pi] or [0, 2 pi).
 
 A step of more than half a turn from one sample to the next is no motion, unless a measured velocity
-says that it is. The nearest number of whole turns is taken off it, and stays off from then on.
+says that it is. The nearest number of whole turns is subtracted, from then on.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class TurnState(NamedTuple):
     Attributes:
         stamp_ns: its stamp [ns].
         readings: its angles and lengths, as they came [rad or m].
-        turns: whole turns of each joint that readings have to be raised by.
-        shift: the same (n,) [rad]; None where all are zero.
+        turns: whole turns to add to the readings of each joint.
+        shift: the same (n,) as angles [rad]; None where all are zero.
     """
 
     stamp_ns: int
@@ -41,9 +41,9 @@ class TurnRows(NamedTuple):
     """N samples, continued.
 
     Attributes:
-        state: after the last; None where there was none before, and no sample.
+        state: state after the last sample; None if none has come yet.
         position: (N, n), without jumps [rad or m].
-        wraps: how many jumps were taken out, of each joint.
+        wraps: number of jumps that were removed, by joint.
     """
 
     state: TurnState | None
@@ -52,21 +52,22 @@ class TurnRows(NamedTuple):
 
 
 class TurnCounter:
-    """Continues the angles of some joints, sample by sample or many at once, to the same bits.
+    """Continues the angles of some joints. After a gap, or a stamp that goes back, it starts anew.
 
-    After a gap, and where stamps go back, the reading is taken as it is.
+    `step` takes one sample, `run` a batch: both give the same bits.
     """
 
     def __init__(self, names: Sequence[str], is_angle: Sequence[bool], max_gap: float) -> None:
-        """Nothing is remembered here: states are given and returned.
+        """Set up the counter. It keeps no state: states are given and returned.
 
         Args:
             names: joints.
-            is_angle: of each whether it turns; lengths stay as they are.
+            is_angle: whether each joint turns; lengths stay as they are.
             max_gap: largest time between two samples that follow each other [s].
         """
         self._names = tuple(names)
-        self._halves = [_HALF if turns else math.inf for turns in is_angle]
+        # a longer step is a jump; of lengths none is
+        self._longest_steps = [_HALF if turns else math.inf for turns in is_angle]
         self._max_gap = max_gap
         self._at_start = (0,) * len(self._names)
 
@@ -89,8 +90,9 @@ class TurnCounter:
         if state is None or not self._goes_on(stamp_ns - state.stamp_ns):
             return TurnState(stamp_ns, readings, self._at_start, None), position
         turns, shift = state.turns, state.shift
-        # In plain floats, as this is done for every message.
-        if max(map(abs, map(sub, readings, state.readings))) > _HALF:
+        # In plain floats: this is done for every message, and NumPy is slow for so short arrays.
+        steps = map(sub, readings, state.readings)
+        if max(map(abs, steps)) > _HALF:
             turns = self._continued(state, stamp_ns, readings, velocity)
             shift = TURN * np.array(turns) if any(turns) else None
         if shift is not None:
@@ -121,21 +123,21 @@ class TurnCounter:
                 last = int(stamps[row - 1])
                 state = state._replace(stamp_ns=last, readings=position[row - 1].tolist())
                 if state.shift is not None:
-                    continued = position.copy() if continued is position else continued
+                    continued = _copied_once(continued, position)
                     continued[first:row] = position[first:row] + state.shift
             if row == len(stamps):
                 break
             before = state
             state, continued_row = self.step(before, int(stamps[row]), position[row], velocity[row])
             if state.shift is not None:
-                continued = position.copy() if continued is position else continued
+                continued = _copied_once(continued, position)
                 continued[row] = continued_row
             wraps.update(self.wraps(before, state))
             first = row + 1
         return TurnRows(state, continued, wraps)
 
     def wraps(self, before: TurnState | None, after: TurnState) -> Counter[str]:
-        """How many jumps were taken out between a sample and the next, of each joint."""
+        """Number of jumps that were removed between a sample and the next, by joint."""
         if before is None or after.turns is before.turns or after.turns is self._at_start:
             return Counter()
         pairs = zip(self._names, before.turns, after.turns, strict=True)
@@ -145,10 +147,10 @@ class TurnCounter:
         return interval_ns >= 0 and interval_ns * 1e-9 <= self._max_gap
 
     def _breaks(self, stamps: NDArray[np.int64], position: FloatArray) -> list[int]:
-        """The first row, and those that cannot be taken as the one before was."""
+        """The first row, and each row with a jump, a gap or a stamp that goes back before it."""
         intervals = np.diff(stamps)
         steps = np.abs(np.diff(position, axis=0))
-        is_break = (steps > self._halves).any(axis=1)
+        is_break = (steps > self._longest_steps).any(axis=1)
         is_break |= (intervals < 0) | (intervals * 1e-9 > self._max_gap)
         rows: list[int] = (np.flatnonzero(is_break) + 1).tolist()
         return [0, *rows] if len(stamps) else []
@@ -160,14 +162,21 @@ class TurnCounter:
         readings: Sequence[float],
         velocity: FloatArray | None,
     ) -> tuple[int, ...]:
-        """Turns from a sample on that jumps."""
+        """Turns of each joint from a sample with a jump on."""
         interval = (stamp_ns - state.stamp_ns) * 1e-9
         turns = list(state.turns)
-        for k, half in enumerate(self._halves):
+        for k, longest in enumerate(self._longest_steps):
             step = readings[k] - state.readings[k]
-            if abs(step) > half:
+            if abs(step) > longest:
                 motion = 0.0
                 if velocity is not None and math.isfinite(velocity[k]):
                     motion = float(velocity[k]) * interval
                 turns[k] -= round((step - motion) / TURN)
         return state.turns if turns == list(state.turns) else tuple(turns)
+
+
+def _copied_once(continued: FloatArray, position: FloatArray) -> FloatArray:
+    """An array to write into: most recordings have no jumps, and need no copy."""
+    if continued is position:
+        return position.copy()
+    return continued

@@ -9,14 +9,14 @@ from ..document import KeyPath
 
 
 def example(path: KeyPath, value: Any) -> str:
-    """An entry as it may stand in place of a value, as `; as in gravity: [0, 0, -9.81]`.
+    """A hint how an entry is written, as `; as in gravity: [0, 0, -9.81]`.
 
     Args:
-        path: of the entry, or of the first number in a list that should be a mapping.
-        value: that stands there.
+        path: path of the entry, or of the first number in a list that should be a mapping.
+        value: what stands there instead.
 
     Returns:
-        The hint, or nothing where no example fits.
+        The hint, or an empty text where no example fits.
     """
     keys = [part for part in path if isinstance(part, str)]
     if not keys:
@@ -26,7 +26,8 @@ def example(path: KeyPath, value: Any) -> str:
         return f"; as in inertia: {_EXAMPLES[key](value)}"
     if isinstance(value, (dict, list)) or value is None:
         return ""
-    if keys[-2:-1] in (["pin"], ["between"]):  # the key is a link's name, the entry a place on it
+    parent = keys[-2] if len(keys) > 1 else ""
+    if parent in ("pin", "between"):  # the key is a link's name, the entry a point on it
         return f"; as in {key}: {_point(value)}"
     in_list = isinstance(path[-1], int)
     if key not in _EXAMPLES or (in_list and key != "origin"):  # [x, y, z] is natural elsewhere
@@ -38,6 +39,11 @@ def _number(value: Any, default: float) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return default
     return float(value)
+
+
+def _size_or(value: Any, default: float) -> float:
+    """The size of a number, or the default where it is none or zero."""
+    return abs(_number(value, default)) or default
 
 
 def _as_written(value: Any, default: str) -> str:
@@ -74,12 +80,12 @@ def _size(value: Any) -> str:
 
 
 def _limits(value: Any) -> str:
-    end = abs(_number(value, 1.5)) or 1.5
+    end = _size_or(value, 1.5)
     return f"[{-end:g}, {end:g}]"
 
 
 def _stroke(value: Any) -> str:
-    return f"[0, {abs(_number(value, 0.5)) or 0.5:g}]"
+    return f"[0, {_size_or(value, 0.5):g}]"
 
 
 def _two_links(value: Any) -> str:

@@ -22,7 +22,7 @@ from ..batch_pipeline import BatchPipeline, BatchResult
 from ..decode import Decoder
 from ..errors import BagError
 from ..input_topic import INPUT, input_topic
-from ..job import SMOOTHINGS
+from ..job import CAUSAL, SMOOTHINGS
 from ..provenance import robot_of, smoothing_of
 from ..sample_outliers import SampleOutlier
 from ..samples import Samples, slices
@@ -43,7 +43,7 @@ def collect(  # noqa: PLR0913 - the command's options
     path: Path,
     robot: str | None = None,
     topic: str | None = None,
-    smooth: str | None = "causal",
+    smooth: str | None = CAUSAL,
     settings: NodeSettings | None = None,
     most: int = 20_000,
     *,
@@ -193,7 +193,7 @@ class _Collector:
         measured = samples.measured[samples.usable]
         self._with_velocity += int(measured.sum())
         self._without_velocity += int((~measured).sum())
-        if self._smooth == "causal":
+        if self._smooth == CAUSAL:
             self._keep(samples, self._batches.process(samples))
         else:
             self._waiting.append(samples)

@@ -14,6 +14,7 @@ from ...messages.joint_samples import FloatArray
 from ...stream.pipeline import Counts
 from ...stream.stroke_margins import StrokeMargins
 from ..batch_outputs import NODE
+from ..job import CAUSAL
 from ..sample_outliers import SampleOutlier
 from .error_statistics import ErrorStatistics
 from .stamp_intervals import StampIntervals
@@ -76,7 +77,7 @@ class EvaluatedRecording:
     @property
     def is_causal(self) -> bool:
         """Whether accelerations come from the node's filter, which takes every sample."""
-        return self.smooth == "causal"
+        return self.smooth == CAUSAL
 
     @property
     def smoother(self) -> str:

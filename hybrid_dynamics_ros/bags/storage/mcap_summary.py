@@ -16,8 +16,11 @@ from .mcap_format import CHUNK, CHUNK_INDEX, FOOTER, MAGIC, RECORD_HEAD
 FOOTER_BODY: Final = struct.Struct("<QQI")  # start of summary, of its offsets, checksum
 FOOTER_SIZE: Final = RECORD_HEAD.size + FOOTER_BODY.size
 _CHECKSUM_SIZE: Final = 4  # bytes at the end of the footer, which the checksum does not cover
-_CHUNK_TIMES: Final = struct.Struct("<QQQQI")  # first, last, start, length, bytes of a map
+# The head of a chunk index: first and last log time, start and length of the chunk, bytes of a map
+# of its message indices. Behind the map stands the size of these indices.
+_CHUNK_HEAD: Final = struct.Struct("<QQQQI")
 _SIZE: Final = struct.Struct("<Q")
+_FOOTER_DAMAGED: Final = "the footer that leads to its index is damaged"
 
 
 @dataclass(frozen=True)
@@ -65,12 +68,14 @@ class Summary:
         return self._starts[number]
 
     def indices_end(self, place: int) -> int | None:
-        """The end of the message indices that a place is in; None elsewhere."""
-        number = bisect_right(self._starts, place)
-        if not number:
+        """The end of the message indices around a place; None where it is in none."""
+        chunks_before = bisect_right(self._starts, place)
+        if chunks_before == 0:
             return None
-        entry = self.chunks[self._starts[number - 1]]
-        return entry.index_end if entry.end <= place < entry.index_end else None
+        entry = self.chunks[self._starts[chunks_before - 1]]
+        if entry.end <= place < entry.index_end:
+            return entry.index_end
+        return None
 
 
 class _DamagedError(Exception):
@@ -102,10 +107,10 @@ def _checked_start(data: mmap.mmap, footer: int) -> tuple[int, bool]:
         _DamagedError: the footer or the checksum is wrong.
     """
     if RECORD_HEAD.unpack_from(data, footer) != (FOOTER, FOOTER_BODY.size):
-        raise _DamagedError("the footer that leads to its index is damaged")
+        raise _DamagedError(_FOOTER_DAMAGED)
     start, _, checksum = FOOTER_BODY.unpack_from(data, footer + RECORD_HEAD.size)
     if start and not len(MAGIC) <= start <= footer:
-        raise _DamagedError("the footer that leads to its index is damaged")
+        raise _DamagedError(_FOOTER_DAMAGED)
     end = footer + FOOTER_SIZE - _CHECKSUM_SIZE
     if start and checksum and crc32(data[start:end]) != checksum:
         raise _DamagedError("the checksum of its index differs")
@@ -114,18 +119,20 @@ def _checked_start(data: mmap.mmap, footer: int) -> tuple[int, bool]:
 
 def _entries(data: mmap.mmap, start: int, footer: int) -> Iterator[ChunkEntry]:
     """The chunks that a summary names. Raises struct.error where it is damaged."""
-    while start < footer:
-        code, size = RECORD_HEAD.unpack_from(data, start)
-        body = start + RECORD_HEAD.size
-        start = body + size
-        if start > footer:
+    record = start
+    while record < footer:
+        code, size = RECORD_HEAD.unpack_from(data, record)
+        body = record + RECORD_HEAD.size
+        record = body + size
+        if record > footer:
             raise struct.error("a record without its end")
         if code != CHUNK_INDEX:
             continue
-        first, last, chunk, length, map_size = _CHUNK_TIMES.unpack_from(data, body)
-        (index_size,) = _SIZE.unpack_from(data, body + _CHUNK_TIMES.size + map_size)
+        first, last, chunk, length, map_size = _CHUNK_HEAD.unpack_from(data, body)
+        (index_size,) = _SIZE.unpack_from(data, body + _CHUNK_HEAD.size + map_size)
         end = chunk + length
         index_end = end + index_size
+        # an entry beyond the end of the file is of a chunk that was cut off
         if index_end <= len(data):
             yield ChunkEntry(chunk, end, index_end, (first, last))
 

@@ -17,7 +17,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 
-# [s] and [ns], 2^63 - 1 ns together: as ROS writes that there is no deadline
+# ROS writes 2^63 - 1 ns, split into [s] and [ns], where there is no deadline.
 _INFINITE: Final = QosTime(9223372036, 854775807)
 
 
