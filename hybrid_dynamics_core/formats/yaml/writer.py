@@ -51,13 +51,11 @@ class _Writer:
         self.robot = robot
         self.names = Names(robot)
         self.extras = extras_of(robot, ())
-        self.link_frames = {name: _transform(frame) for name, frame in self._frames_of_links()}
-
-    def _frames_of_links(self) -> Iterator[tuple[str, Frame]]:
-        """Frames in which the data of links are given, in place of those at their joints."""
-        for name, frame in self.robot.frames.items():
+        # Frames in which the data of links are given, in place of those at their joints.
+        self.link_frames: dict[str, Transform] = {}
+        for name, frame in robot.frames.items():
             if name == frame.link and name != END_EFFECTOR:
-                yield name, frame
+                self.link_frames[name] = _transform(frame)
 
     def comments(self) -> Iterator[str]:
         """Lines for the top of the file."""
@@ -74,7 +72,8 @@ class _Writer:
         """The entries of the file."""
         robot = self.robot
         entries: Data = {"format": 1, "name": self.names[robot.name]}
-        entries |= without_empty({"source": robot.source})
+        if robot.source:
+            entries["source"] = robot.source
         gravity = robot.gravity.tolist()
         if gravity != _STANDARD_GRAVITY:
             entries["gravity"] = gravity
@@ -82,26 +81,39 @@ class _Writer:
             entries["base"] = self.names[robot.base]
         entries["links"] = {**self.links(), **self.parts()}
         entries["joints"] = {**self.joints(), **self.fixed_joints()}
-        loops: Data = {}
-        closures: Data = {}
-        for closure in robot.closures:
-            if closure.name in robot.loops:
-                loops[self.names[closure.name]] = self.loop(closure)
-            else:
-                closures[self.names[closure.name]] = self.closure(closure)
-        entries |= without_empty({"loops": loops, "closures": closures})
+        entries |= self.loops_and_closures()
         entries["active"] = self.names.list(robot.motors)
-        entries |= without_empty({"idle": self.names.list(robot.idle)})
+        if robot.idle:
+            entries["idle"] = self.names.list(robot.idle)
         if robot.active_set != "exact":
             entries["active_set"] = robot.active_set
         entries["end_effector"] = self.frame(robot.frames[END_EFFECTOR])
-        entries |= without_empty({"frames": self.frames(), "payloads": self.payloads()})
-        entries |= without_empty({"actuators": self.by_joint("actuators")})
-        return entries | without_empty({"reference": self.by_joint("reference")})
+        others: Data = {
+            "frames": self.frames(),
+            "payloads": self.payloads(),
+            "actuators": self.by_joint("actuators"),
+            "reference": self.by_joint("reference"),
+        }
+        return entries | without_empty(others)
+
+    def loops_and_closures(self) -> Data:
+        """Loops of Type A to D, and the others."""
+        loops: Data = {}
+        closures: Data = {}
+        for closure in self.robot.closures:
+            name = self.names[closure.name]
+            if closure.name in self.robot.loops:
+                loops[name] = self.loop(closure)
+            else:
+                closures[name] = self.closure(closure)
+        return without_empty({"loops": loops, "closures": closures})
 
     def by_joint(self, section: str) -> Data:
         """Entries that need no change but the names of their joints."""
-        return {self.names[name]: entry for name, entry in self.extras.get(section, {}).items()}
+        entries: Data = {}
+        for name, entry in self.extras.get(section, {}).items():
+            entries[self.names[name]] = entry
+        return entries
 
     # -- links
 
@@ -175,19 +187,21 @@ class _Writer:
     def frames(self) -> Data:
         entries: Data = {}
         for name, frame in self.robot.frames.items():
+            new_name = self.names[name]
             if name in self.link_frames:
-                entries[self.names[name]] = {
-                    "link": self.names[name],
-                    **pose_entry(_transform(frame)),
-                }
+                pose = pose_entry(self.link_frames[name])
+                entries[new_name] = {"link": new_name, **pose}
             elif name != END_EFFECTOR and name not in self.robot.parts:
-                entries[self.names[name]] = self.frame(frame)
+                entries[new_name] = self.frame(frame)
         return entries
 
     # -- joints
 
     def joints(self) -> Data:
-        return {self.names[name]: self.joint(joint) for name, joint in self.robot.joints.items()}
+        entries: Data = {}
+        for name, joint in self.robot.joints.items():
+            entries[self.names[name]] = self.joint(joint)
+        return entries
 
     def joint(self, joint: Joint) -> Data:
         parent = Frame(joint.parent, joint.rotation, joint.translation)
@@ -209,7 +223,9 @@ class _Writer:
     def mimic(self, entry: Data) -> Data:
         if "joint" in entry:
             return {**entry, "joint": self.names[entry["joint"]]}
-        multipliers = {self.names[name]: value for name, value in entry["joints"].items()}
+        multipliers: Data = {}
+        for name, multiplier in entry["joints"].items():
+            multipliers[self.names[name]] = multiplier
         return {**entry, "joints": multipliers}
 
     def fixed_joints(self) -> Data:
@@ -220,12 +236,13 @@ class _Writer:
             name = f"{self.names[part]}_fixed"
             while name in taken:
                 name += "_"
-            entries[name] = {
+            origin = pose_entry(self.inside(place))
+            entry: Data = {
                 "type": "fixed",
                 "parent": self.names[place.link],
                 "child": self.names[part],
-                **without_empty({"origin": pose_entry(self.inside(place))}),
             }
+            entries[name] = entry | without_empty({"origin": origin})
         return entries
 
     # -- loops
@@ -252,9 +269,11 @@ class _Writer:
     def payloads(self) -> Data:
         entries: Data = {}
         for name, (place, payload) in self.robot.payloads.items():
-            com, inertia = np.asarray(payload.com), np.asarray(payload.inertia)
-            body = body_entry(payload.mass, com, inertia)
-            entries[self.names[name]] = {"on": self.names[place], "mass": payload.mass, **body}
+            com = np.asarray(payload.com)
+            inertia = np.asarray(payload.inertia)
+            entry: Data = {"on": self.names[place], "mass": payload.mass}
+            entry |= body_entry(payload.mass, com, inertia)
+            entries[self.names[name]] = entry
         return entries
 
 
