@@ -65,7 +65,8 @@ def facts(description: RobotDescription) -> dict:
 
 
 def assert_same(one: np.ndarray, other: np.ndarray, tolerance: float = SAME) -> None:
-    scale = max(1e-9, float(np.abs(one).max(initial=0.0)))
+    """To the tolerance, relative to the largest number, or to one where all are smaller."""
+    scale = max(1.0, float(np.abs(one).max(initial=0.0)))
     assert np.abs(one - other).max(initial=0.0) <= tolerance * scale
 
 
@@ -77,6 +78,8 @@ def assert_same_robot(machine: Robot, back: Robot) -> None:
     assert_same(one.s, other.s)
     for a, b in zip(machine.minimal_form(one), back.minimal_form(other), strict=True):
         assert_same(a, b)
+    M, again = machine.minimal_form(one)[0], back.minimal_form(other)[0]
+    assert np.abs(M - again).max() <= SAME * np.abs(M).max()
     a, b = (robot.inverse_dynamics(s, -du) for robot, s in ((machine, one), (back, other)))
     assert_same(a, b)
     a, b = (robot.forward_kinematics(s) for robot, s in ((machine, one), (back, other)))

@@ -58,6 +58,7 @@ OPTIONAL = {  # extras: imported where they are used, with a message that says w
     "pyarrow",
     "rosbags",
     "viser",
+    "xacro",
     "zstandard",
 }
 
