@@ -41,7 +41,7 @@ def _address(library: ctypes.CDLL, name: str) -> int:
 
 @cache
 def versions() -> tuple[str, str]:
-    """Of llvmlite, and of the LLVM in it."""
+    """Versions of llvmlite and of the LLVM in it."""
     import llvmlite  # noqa: PLC0415  optional
 
     return llvmlite.__version__, ".".join(map(str, binding().llvm_version_info))

@@ -23,7 +23,7 @@ from .storage.storage import Topic
 from .trajectory_file import Trajectory
 
 PARTS: Final = ("position", "velocity", "effort")
-START_NS: Final = 1_577_836_800 * 10**9  # 1 January 2020: the same bag every time
+START_NS: Final = 1_577_836_800 * NS  # 1 January 2020: the same bag every time
 _BATCH: Final = 8192  # messages of a chunk
 _MAX_REACH: Final = 1.0  # [rad or m] to each side of the reference
 _SWEPT_SHARE: Final = 0.9  # of the range

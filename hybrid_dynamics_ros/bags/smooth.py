@@ -115,7 +115,7 @@ def _smooth(
 
 
 def _measured(samples: Samples, rows: Rows) -> NDArray[np.bool_]:
-    """Of each joint, whether all of the rows have its velocity (n,)."""
+    """Whether all of the rows have the velocity of each joint (n,)."""
     return np.asarray(np.isfinite(samples.velocity[rows]).all(axis=0))
 
 
@@ -160,10 +160,12 @@ def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
 
 
 def _is_same_kind(is_measured: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Of each row but the last, whether the next goes with it.
+    """Whether each row and the next are smoothed alike (N - 1,).
+
+    They have velocities of the same joints, or both are among rows too few for a fit of their own.
 
     Args:
-        is_measured: (N, n) of each row which joints have velocities.
+        is_measured: which joints have velocities in each row (N, n).
     """
     is_change = (is_measured[1:] != is_measured[:-1]).any(axis=1)
     edges = np.concatenate([[0], np.flatnonzero(is_change) + 1, [len(is_measured)]])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bags.storage.storage import RawMessage
+from ..messages.conversions import stamp_to_ns
 from ..messages.interfaces import deserialize
 from ..messages.joint_samples import FloatArray
 from ..stream.filter.rate_estimator import EstimatorState, MotionEstimator
@@ -59,8 +60,7 @@ def expect(messages: Sequence[RawMessage], bandwidth: float, max_gap: float) -> 
     accelerations: list[FloatArray] = []
     for raw in messages:
         message = deserialize(raw.data, TYPES[INPUT])
-        stamp = message.header.stamp
-        stamp_ns = stamp.sec * 10**9 + stamp.nanosec
+        stamp_ns = stamp_to_ns(message.header.stamp)
         state, estimate = estimator.step(state, stamp_ns, message.position, message.velocity)
         acceleration = estimate.acceleration
         if acceleration is None:

@@ -36,6 +36,7 @@ _PLAY_MARGIN: Final = 120.0  # [s] that the player may take longer than the reco
 _QUIET_DEADLINE: Final = 5.0  # [s] without a message, once the player has ended: others are lost
 _NODE_MODULE: Final = "hybrid_dynamics_ros.node"
 _PLAYER_MODULE: Final = "hybrid_dynamics_ros.demo.play.player"
+_MAX_WAIT: Final = 0.02  # [s] for a message, between two looks at the processes
 _SUBSCRIBERS: Final = 2  # of the input: the node and the recorder
 _NO_LOG_FILES: Final = ("--ros-args", "--disable-external-lib-logs")
 
@@ -129,7 +130,7 @@ class Session:
         return is_quiet and not player.running
 
     def _spin(self, executor: Executor, *children: Child) -> None:
-        executor.spin_once(timeout_sec=0.02)
+        executor.spin_once(timeout_sec=_MAX_WAIT)
         # First: a process that ends because of the same Ctrl-C is no failure.
         if self._stop.is_set():
             raise InterruptedDemoError("Stopped.")

@@ -20,6 +20,8 @@ from hybrid_dynamics_core.errors import (
 from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted, one_line
 
+from .cdr import NS
+
 FloatArray = NDArray[np.float64]
 Named = dict[str, float]  # a number of each joint
 # Of any measured number, in its unit: no joint is there, and all that follows from it is finite.
@@ -34,7 +36,9 @@ def nanoseconds(sec: int, nanosec: int) -> int:
 
     Negative where it says so, or where its nanoseconds are a second or more.
     """
-    return int(sec) * 10**9 + int(nanosec) if nanosec < 10**9 else -1
+    if nanosec >= NS:
+        return -1
+    return int(sec) * NS + int(nanosec)
 
 
 class RejectionCode(Enum):

@@ -155,7 +155,7 @@ def _message(robot: Robot, state: ClosedState) -> AssemblyMode:
 
 
 def _is_same(robot: Robot, one: FloatArray, other: FloatArray) -> bool:
-    """Whether two configurations are one; whole turns do not count."""
+    """Whether two configurations are the same but for whole turns."""
     is_revolute = np.array([robot.joint_types[name] == "revolute" for name in robot.coordinates])
     difference = one - other
     turned = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi

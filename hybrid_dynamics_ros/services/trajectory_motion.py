@@ -169,7 +169,7 @@ class PathSearch:
 
     @property
     def next_time(self) -> float:
-        """Of the first pose that is not solved [s]."""
+        """Time of the first pose that is not solved yet [s]."""
         return float(self._time[self.count])
 
     def advance(self, robot: Robot, budget: float = math.inf) -> None:

@@ -72,7 +72,7 @@ class Conditions:
     mode: ClosedState | None = None
 
     def with_payload(self, frame: str, body: PayloadBody) -> Conditions:
-        """With another payload at a frame; one without mass takes it away."""
+        """These conditions with a payload at a frame. A payload without mass removes it."""
         payloads = dict(self.payloads)
         payloads.pop(frame, None)
         if body.mass > 0.0:
@@ -82,7 +82,7 @@ class Conditions:
     def with_settings(
         self, settings: NodeSettings, before: NodeSettings | None, end_effector: str
     ) -> Conditions:
-        """With gravity and payload of the parameters.
+        """These conditions with gravity and payload of the parameters.
 
         What a call has set stays while the parameters do not change.
 

@@ -34,7 +34,8 @@ class TendonReader:
         self.unused: list[LocatedElement] = []
         for section in xml.root.all("tendon"):
             self.unused.extend(section.children)
-            self.tendons.update({tendon.get("name"): tendon for tendon in section.all("fixed")})
+            for tendon in section.all("fixed"):
+                self.tendons[tendon.get("name")] = tendon
         self.sums: list[_Sum] = []
 
     def read(self, element: LocatedElement) -> None:

@@ -39,7 +39,7 @@ class EffortError:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """As plain data."""
+        """The error as plain data."""
         facts = asdict(self)
         del facts["joint"]
         return facts

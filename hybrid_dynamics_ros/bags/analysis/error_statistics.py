@@ -34,7 +34,7 @@ class ErrorStatistics:
 
     @staticmethod
     def empty(n: int) -> ErrorStatistics:
-        """Of no samples of n joints."""
+        """Statistics of n joints before the first sample."""
         zeros = np.zeros(n)
         integers = np.zeros(n, dtype=np.int64)
         return ErrorStatistics(integers, zeros, zeros, zeros, integers, zeros, zeros)

@@ -13,6 +13,7 @@ import numpy as np
 from hybrid_dynamics_core.ground.progress import Progress
 from hybrid_dynamics_core.ground.suggestions import suggestion
 
+from ...messages.cdr import NS
 from ..errors import BagCallError, BagError
 from ..storage.bag_reader import BagReader
 from .topic_types import Decode, UnknownTypeError, decoder_of
@@ -44,7 +45,7 @@ def _flatten(value: Any, path: str, names: tuple[str, ...]) -> Iterator[tuple[st
         names: of its entries, where it is an array.
     """
     if hasattr(value, "nanosec"):
-        yield f"{path}_ns", int(value.sec) * 10**9 + int(value.nanosec)
+        yield f"{path}_ns", int(value.sec) * NS + int(value.nanosec)
     elif is_dataclass(value):
         yield from _flatten_fields(value, path)
     elif isinstance(value, (list, tuple, np.ndarray)):

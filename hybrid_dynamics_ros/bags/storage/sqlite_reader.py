@@ -94,7 +94,7 @@ class SqliteReader:
         return [dict(zip(columns, row, strict=True)) for row in cursor]
 
     def _check(self) -> bool:
-        """Whether the file is as SQLite writes it; faults are losses."""
+        """Whether the file is as SQLite writes it. Each fault is added to the losses."""
         for suffix in _TEMPORARY_SUFFIXES:
             beside = self._path.with_name(self._path.name + suffix)
             if beside.is_file() and beside.stat().st_size:

@@ -37,6 +37,7 @@ _EFFORTS: Final = (
     _Effort("q4", r"$\tau_4$", "N m", "gripper roll", ORANGE),
 )
 _SIZE: Final = (13.0, 7.0)  # [inch]
+_DPI: Final = 110  # of the .png
 _GRID: Final = {
     "left": 0.07,
     "right": 0.59,
@@ -81,7 +82,7 @@ def save_figure(results: Results, robot: Robot, stem: Path, subtitle: str) -> tu
     png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
     with mpl.rc_context({**STYLE, **PANES}):
         figure = draw(results, robot, subtitle)
-        _save(figure, png, dpi=110, pil_kwargs={"optimize": True})
+        _save(figure, png, dpi=_DPI, pil_kwargs={"optimize": True})
         _save(figure, svg, metadata={"Date": None})
     return png, svg
 

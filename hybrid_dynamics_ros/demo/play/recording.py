@@ -14,6 +14,7 @@ from typing import Any, Final
 from ...bags.storage.bag_reader import read_raw
 from ...bags.storage.bag_writer import new_bag
 from ...bags.storage.storage import RawMessage
+from ...messages.cdr import NS
 from ...messages.interfaces import typestore
 from ..topics import INPUT, TYPES, bag_topics
 from ..trajectory import JOINTS, ROBOT, SOURCE, Trajectory, paper_trajectory
@@ -21,7 +22,7 @@ from ..trajectory import JOINTS, ROBOT, SOURCE, Trajectory, paper_trajectory
 SHIPPED: Final = Path(__file__).resolve().parents[2] / "recordings" / ROBOT
 FREQUENCY: Final = 100  # [Hz]
 # 8 April 2020, the day of the paper: any fixed time would do.
-START_NS: Final = 1_586_304_000 * 10**9
+START_NS: Final = 1_586_304_000 * NS
 
 
 def recorded_messages() -> list[RawMessage]:
@@ -29,7 +30,7 @@ def recorded_messages() -> list[RawMessage]:
     trajectory = paper_trajectory(FREQUENCY)
     messages = []
     for k in range(trajectory.time.size):
-        stamp_ns = START_NS + k * 10**9 // FREQUENCY
+        stamp_ns = START_NS + k * NS // FREQUENCY
         message = _joint_state(stamp_ns, trajectory, k)
         data = bytes(typestore().serialize_cdr(message, TYPES[INPUT]))
         messages.append(RawMessage(stamp_ns, data))

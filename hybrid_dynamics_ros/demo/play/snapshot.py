@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ...messages.conversions import stamp_to_ns
 from ...messages.interfaces import deserialize
 from ...messages.joint_samples import FloatArray
 from ..topics import EFFORTS, POSE, STATES, TYPES
@@ -48,10 +49,9 @@ def take_snapshot(latest: Mapping[str, bytes]) -> Snapshot | None:
     velocity: dict[str, float] = {}
     if len(states.velocity):
         velocity = _by_name(states.name, states.velocity)
-    stamp = states.header.stamp
     place, turn = pose.position, pose.orientation
     return Snapshot(
-        stamp_ns=stamp.sec * 10**9 + stamp.nanosec,
+        stamp_ns=stamp_to_ns(states.header.stamp),
         position=_by_name(states.name, states.position),
         velocity=velocity,
         effort=effort,

@@ -267,7 +267,7 @@ class KalmanFilter(RateFilter):
 
     @property
     def steps(self) -> tuple[Steps, ...]:
-        """For positions, and for positions and velocities: they may take turns."""
+        """Formulas for positions, and for positions with velocities. Samples may differ in this."""
         return KalmanSteps(1), KalmanSteps(2)
 
     @property
