@@ -13,8 +13,10 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from hybrid_dynamics_core.ground.file_kinds import BAG_METADATA
+from hybrid_dynamics_ros.bags.analysis.topic_types import UnknownTypeError, decoder_of
 from hybrid_dynamics_ros.bags.errors import BagCallError
 from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader, bags_of
+from hybrid_dynamics_ros.bags.storage.storage import Topic
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE
 from tests.bags.calling import printed, run
 from tests.bags.messages import START, bag, recorded
@@ -199,3 +201,11 @@ def test_files_of_one_recording_that_overlap_give_messages_in_order(forging, tmp
             (path / BAG_METADATA).unlink()
             path.rmdir()
         assert read(folder) == (pairs, [])
+
+
+@pytest.mark.parametrize(
+    ("kind", "named"), [("a_msgs/msg/A", "a_msgs/msg/A"), ("", "without a name")]
+)
+def test_a_type_is_called_by_its_name_if_it_has_one(kind, named):
+    with pytest.raises(UnknownTypeError, match=f"^its type {named} is not known"):
+        decoder_of(Topic("/t", kind))

@@ -7,6 +7,7 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.process import process
+from hybrid_dynamics_ros.bags.smooth import _savgol
 from hybrid_dynamics_ros.bags.storage.compression import zstd
 from hybrid_dynamics_ros.bags.storage.mcap_chunk import ChunkPacker, RecordBlock
 from hybrid_dynamics_ros.bags.storage.mcap_format import PREFIX
@@ -69,3 +70,13 @@ def test_messages_without_a_byte_are_packed():
     assert len(records) == chunk.size == 3 * PREFIX + 4
     assert records.count(b"some") == 1
     assert chunk.indices[3][:, 0].tolist() == [START, START + 5, START + 7]
+
+
+@pytest.mark.parametrize("count", [20, 21])
+def test_a_recording_shorter_than_a_period_is_smoothed_over_all_of_it(count):
+    """A polynomial of the filter's degree is its own derivative to rounding."""
+    time = 0.01 * np.arange(count)
+    values = np.stack([time**4 - time, 3.0 * time**2], axis=-1)
+    rate, bend = _savgol(time, values, 0.5, (1, 2))
+    assert rate == pytest.approx(np.stack([4.0 * time**3 - 1.0, 6.0 * time], axis=-1), abs=1e-9)
+    assert bend == pytest.approx(np.stack([12.0 * time**2, 6.0 + 0.0 * time], axis=-1), abs=1e-7)

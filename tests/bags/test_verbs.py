@@ -8,26 +8,32 @@ import json
 import re
 from importlib import resources
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from hybrid_dynamics_cli.bags.process import pace
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.identification import noise_limit
 from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.bags.analysis.collect import collect
-from hybrid_dynamics_ros.bags.analysis.figures import efforts, margins, sampling
+from hybrid_dynamics_ros.bags.analysis.figures import _draw_intervals, efforts, margins, sampling
 from hybrid_dynamics_ros.bags.analysis.identify import identify_recording
 from hybrid_dynamics_ros.bags.analysis.report import accelerations_of, report
+from hybrid_dynamics_ros.bags.analysis.report_tables import outliers_table
+from hybrid_dynamics_ros.bags.analysis.stamp_intervals import StampIntervals
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job, Outcome
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.parallel import attempt, run_jobs
 from hybrid_dynamics_ros.bags.process import process
+from hybrid_dynamics_ros.bags.sample_outliers import SampleOutlier
 from hybrid_dynamics_ros.bags.trajectory_file import read_trajectory
 from hybrid_dynamics_ros.parameters import FILTER_TYPE, KALMAN, NodeSettings
 from tests.bags.calling import output, run
@@ -503,3 +509,48 @@ def test_parameters_of_the_node_count_here_too(forging, tmp_path):
     assert "payload.mas" in output(
         "process", source, Path(tmp_path / "x"), "--robot", ROBOT, "--params", params, code=1
     )
+
+
+TWO_BARS = """
+format: 1
+name: two_bars
+links: {base: {}, one: {mass: 1, com: [0.1, 0, 0]}, two: {mass: 1, com: [0.1, 0, 0]}}
+joints:
+  q1: {type: revolute, parent: base, child: one, axis: z, limits: [0.2, 0.6]}
+  q2: {type: revolute, parent: one, child: two, axis: y, limits: [-0.2, 9]}
+active: [q1, q2]
+end_effector: {link: two}
+reference: {q1: 0.3, q2: 0.6}
+"""
+
+
+def test_a_made_motion_sweeps_nine_tenths_of_each_range(python_kernels):  # noqa: ARG001
+    """Of the limits, or of 1 rad to each side of the reference where that is less."""
+    position = simulated(Robot(parse_description(TWO_BARS)), 20.0, 20.0).position
+    middle, half = np.array([0.4, 0.7]), np.array([0.2, 0.9])
+    assert np.abs(position - middle).max(axis=0) == pytest.approx(0.9 * half, rel=1e-9)
+
+
+@pytest.mark.parametrize(("late", "words"), [(0.0995, "99.5 ms late"), (-0.0995, "99.5 ms early")])
+def test_the_page_says_how_late_a_stamp_is_in_milliseconds(late: float, words: str) -> None:
+    robot = SimpleNamespace(joint_types={"q": "revolute"})
+    outlier = SampleOutlier(12_500_000_000, 0, True, 0.25, late)
+    track = SimpleNamespace(outliers=[outlier], measured=["q"], robot=robot, start_ns=10**9)
+    page = outliers_table(track)
+    for cell in ("11.500 s", "q", "0.25 rad/s", words):
+        assert f">{cell}</td>" in page
+
+
+@pytest.mark.parametrize("interval", [0.01, 0.25])
+def test_intervals_are_drawn_in_milliseconds(interval: float) -> None:
+    """Those that are all alike in a range of a tenth of them, with room."""
+    axes = Figure().add_subplot()
+    stamps = StampIntervals(0.0, np.full(40, interval))
+    assert _draw_intervals(axes, stamps) == "40 intervals"
+    expected = 1e3 * interval * np.array([0.98, 1.02])
+    assert axes.get_xlim() == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_page_says_the_lag_in_milliseconds() -> None:
+    track = SimpleNamespace(is_causal=True, causal_lag=0.0995)
+    assert "tells them 99.5 ms late" in accelerations_of(track)

@@ -176,3 +176,9 @@ def test_a_picture_is_no_trajectory(
         " JOINT" in text
     )
     assert "codec" not in text
+
+
+def test_a_port_beyond_the_last_is_refused_as_such() -> None:
+    result = call("view", "five_bar", "--port", "65536", "--trajectory", "a", "--bag", "b")
+    assert result.exit_code == 2
+    assert "65536 is not in the range 0<=x<=65535" in flat(result)

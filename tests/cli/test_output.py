@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from hybrid_dynamics_cli.output import table
+from hybrid_dynamics_cli.verbs.view import acceleration_note
 from hybrid_dynamics_core import load
 from tests.cli.calling import call, data_of
 from tests.sampling import swept
@@ -349,3 +351,10 @@ def test_joints_that_a_target_leaves_open_are_named() -> None:
     position = ("ik", "five_bar", "--position", "-0.05", "0.3", "0", "--axes", "x,y")
     assert "left near the seed: q_T" in call(*position).output
     assert "left near the seed" not in call("ik", "type_c", "--position", "0.9", "0", "1.6").output
+
+
+@pytest.mark.parametrize("is_causal", [True, False])
+def test_a_lag_is_in_milliseconds(is_causal: bool) -> None:
+    track = SimpleNamespace(is_causal=is_causal, causal_lag=0.0995, smoother="a spline")
+    note = acceleration_note(track)  # type: ignore[arg-type]  # of a recording
+    assert "99.5 ms" in note

@@ -98,6 +98,7 @@ def test_names_with_hyphens_leave_the_comment_valid(hyphens: str) -> None:
     builder = ElementTree.TreeBuilder(insert_comments=True)
     root = ElementTree.fromstring(to_urdf(machine), ElementTree.XMLParser(target=builder))
     (comment,) = (element.text or "" for element in root if element.tag is ElementTree.Comment)
+    assert root[0].text == comment  # it stands first
     assert "--" not in comment
     assert f"tip{hyphens}x{hyphens}".replace(" ", "") in comment.replace(" ", "")
 

@@ -147,13 +147,27 @@ MORE</robot>
 """
 
 
+RAIL = (
+    '<gazebo><joint name="rail" type="prismatic"><parent>base</parent><child>block</child>'
+    "<axis><xyz>1 0 0</xyz><limit>LIMIT</limit></axis></joint></gazebo>"
+)
+
+
+@pytest.mark.parametrize(
+    ("limit", "limits"),
+    [("<lower>-1</lower>", (-1.0, np.inf)), ("<upper>1</upper>", (-np.inf, 1.0))],
+)
+def test_an_end_that_is_not_given_is_none(
+    tmp_path: Path, limit: str, limits: tuple[float, float]
+) -> None:
+    text = SLIDER.replace("PLACE", "0.5 0 0")
+    machine = robot(tmp_path, RAIL.replace("LIMIT", limit), text)
+    assert machine.description.joints["rail"].limits == limits
+
+
 def test_a_slide_closes_a_loop(tmp_path: Path) -> None:
     """A slider-crank whose slide is in <gazebo>: power of gravity by differences of heights."""
-    rail = (
-        '<gazebo><joint name="rail" type="prismatic"><parent>base</parent><child>block</child>'
-        "<axis><xyz>1 0 0</xyz><limit><lower>-1</lower><upper>1</upper></limit></axis>"
-        "</joint></gazebo>"
-    )
+    rail = RAIL.replace("LIMIT", "<lower>-1</lower><upper>1</upper>")
     text = SLIDER.replace("PLACE", "0.5 0 0")
     machine = robot(tmp_path, rail, text)
     assert machine.active == ("a",)
