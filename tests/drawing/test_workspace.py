@@ -12,6 +12,7 @@ from matplotlib.text import Text
 from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.drawing import draw_margins, draw_workspace
 from hybrid_dynamics_core.drawing.maps.colours import top_of
+from hybrid_dynamics_core.drawing.maps.margin_map import _draw_levels
 from hybrid_dynamics_core.drawing.maps.planes import choose_planes
 from hybrid_dynamics_core.drawing.maps.workspace import _BEYOND, _extended, _smoothed, values_of
 from hybrid_dynamics_core.formats.reader import parse_description
@@ -251,3 +252,13 @@ def test_smoothing_keeps_a_constant_up_to_its_edge_and_carries_it_some_cells_fur
     np.testing.assert_allclose(smoothed, values, rtol=1e-12)
     carried = np.isfinite(_extended(smoothed))
     assert carried[12].nonzero()[0].tolist() == list(range(10 - int(_BEYOND), 21 + int(_BEYOND)))
+
+
+@pytest.mark.parametrize(("place", "has_name"), [(0.09, False), (0.11, True), (0.89, True)])
+def test_a_line_with_room_beside_it_is_named(place: float, has_name: bool) -> None:
+    """Of what is shown 0.08 / 1.16 at each end lie beyond the ranges, and 0.03 are kept clear."""
+    line = np.linspace(-1.0, 3.0, 41)
+    across = np.tile((line + 1.0) / 4.0, (41, 1))
+    axes = Figure().add_subplot()
+    _draw_levels(axes, [line, line], 0.2 + 0.1 * (across - place))
+    assert [text.get_text() for text in axes.texts] == ["0.2"] * has_name

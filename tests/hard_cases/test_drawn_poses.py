@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.closure.constraints.from_description import loop_equations
-from hybrid_dynamics_core.closure.reference_search import closed_near
+from hybrid_dynamics_core.closure.numeric_closure import gaps_and_jacobian
+from hybrid_dynamics_core.closure.reference_search import _singular_values, closed_near
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.generated.reframed import reframed
@@ -222,3 +223,16 @@ def test_a_change_point_ends_no_range() -> None:
     """The loop closes on both sides of it."""
     machine = Robot(parse_description(UPRIGHT, file="upright.yaml"))
     assert not np.isfinite(machine.closing_range).any()
+
+
+@pytest.mark.parametrize("name", ["five_bar", "ankle"])
+def test_a_move_off_a_singular_place_is_as_large_as_it_says(name: str) -> None:
+    robot = load(name)
+    tree = build_tree(robot.description)
+    loops = loop_equations(tree, robot.description, frozenset(range(len(robot.coordinates))))
+    s = robot.close(robot.reference).s
+    sizes, motion = _singular_values(tree, loops, s)
+    _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(s)))
+    assert sizes[0] == pytest.approx(1.0, rel=1e-12)
+    assert np.abs(motion).max() == pytest.approx(1.0, rel=1e-12)
+    assert jacobian @ motion == pytest.approx(0.0, abs=1e-9)

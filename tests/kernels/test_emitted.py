@@ -223,3 +223,45 @@ def test_the_backend_can_be_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert run.default_backend() == "python"
     monkeypatch.delenv(run.VARIABLE)
     assert run.default_backend() == BACKENDS[-1]
+
+
+def test_a_chain_of_any_length_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python takes 200 brackets in one another."""
+
+    def chain(x: Any) -> Results:
+        (value,) = x
+        for k in range(150):
+            value = (value + 0.01 * (k + 1)) * 0.99
+        return Results({"y": [value]}, [])
+
+    monkeypatch.setattr(Kernel, "_identity", None)
+    expected = 0.3
+    for k in range(150):
+        expected = (expected + 0.01 * (k + 1)) * 0.99
+    values, status = Kernel(chain, [1], "python")(np.array([0.3]))
+    assert status == 0
+    assert values["y"] == pytest.approx([expected], rel=1e-12)
+
+
+@pytest.mark.skipif("native" not in BACKENDS, reason="no compiler here")
+@pytest.mark.parametrize("width", [1, 2])
+def test_a_processor_with_short_vectors_gives_the_same(
+    monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    monkeypatch.setattr(native.llvm, "width", lambda: width)
+    monkeypatch.setattr(Kernel, "_identity", None)
+
+    def two(x: Any, y: Any) -> Results:
+        a, b = x
+        (c,) = y
+        return Results({"y": [sin(a) * c, a / b], "z": [a + width * c]}, [Check(b, 0.0, 7)])
+
+    made = Kernel(two, [2, 1], "native")
+    x = np.array([[0.3, 1.0], [0.4, -2.0], [0.5, 3.0]])
+    y = np.array([2.0])
+    values, codes = made(x, y)
+    assert codes.tolist() == [0, 7, 0]
+    assert values["y"][::2] == pytest.approx(
+        np.stack([2.0 * np.sin(x[:, 0]), x[:, 0] / x[:, 1]], 1)[::2]
+    )
+    assert values["z"][::2, 0] == pytest.approx(x[::2, 0] + 2.0 * width)
