@@ -1,5 +1,7 @@
 """Which mechanisms are planar, from where they are seen, and where their parts are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,6 +14,8 @@ from hybrid_dynamics_core.scene.groups import group_joints
 from hybrid_dynamics_core.scene.parts import convex_hull
 from hybrid_dynamics_core.scene.projection import choose_projection, find_plane
 from hybrid_dynamics_core.scene.skeleton import place_skeleton
+from tests.generated.robots import scaled
+from tests.sampling import swept
 
 from .conftest import robot_of
 
@@ -141,3 +145,39 @@ def test_a_hull_is_convex_and_holds_every_point(points: list[tuple[float, float]
             offsets = point - corners
             turns = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]
             assert turns.min() >= 0.0  # whole numbers: no rounding
+
+
+def shrunk(robot: Robot, factor: float) -> Robot:
+    """The robot with every length multiplied, strokes too."""
+    description = scaled(robot.description, factor)
+    joints = dict(description.joints)
+    for name, joint in joints.items():
+        if joint.type == "prismatic":
+            lower, upper = joint.limits
+            joints[name] = replace(joint, limits=(factor * lower, factor * upper))
+    return Robot(replace(description, joints=joints))
+
+
+ALIKE = ("slider_crank", "gough", "excavator", "delta", "staicu2015", "palletizer")
+
+
+@pytest.mark.parametrize("name", swept(ALIKE, ALIKE[:2]))
+def test_a_small_robot_is_drawn_as_a_large_one_is(name: str) -> None:
+    factor = 1.0 / 64.0
+    large = make_scene(robot_of(name), None)
+    small = make_scene(shrunk(robot_of(name), factor), None)
+    assert small.projection.right == pytest.approx(large.projection.right, abs=1e-9)
+    assert small.projection.up == pytest.approx(large.projection.up, abs=1e-9)
+    for kind in ("parts", "lines"):
+        for mark, other in zip(getattr(small, kind), getattr(large, kind), strict=True):
+            assert (mark.owner, mark.role) == (other.owner, other.role)
+            assert mark.points == pytest.approx(factor * other.points, abs=1e-9)
+    sizes = [part.radius for part in small.parts]
+    assert sizes == pytest.approx([factor * part.radius for part in large.parts], rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "is_disc"), [("gantry", True), ("rssr", False), ("gough", False)])
+def test_a_base_with_one_joint_is_a_disc_and_a_plate_with_several(name: str, is_disc: bool) -> None:
+    parts = make_scene(robot_of(name), None).parts
+    (base,) = (part for part in parts if part.role == "base")
+    assert (base.axis is not None) == is_disc

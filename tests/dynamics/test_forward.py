@@ -15,6 +15,7 @@ from hybrid_dynamics_core.control import (
     GravityCompensation,
     JointTrajectory,
 )
+from hybrid_dynamics_core.dynamics.mass import mass_singularity
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import mechanism
@@ -69,6 +70,19 @@ def test_so_is_every_other_call_that_needs_the_inverse(slender: Robot) -> None:
     for call in calls:
         with pytest.raises(MassSingularityError, match=r"accelerating q4 \(\+1\) takes no force"):
             call()
+
+
+@pytest.mark.parametrize(
+    ("inertias", "is_definite"), [((-1.0, 0.0, 2.0), False), ((1e-8, 2.0, 3.0), True)]
+)
+def test_the_motion_at_fault_is_the_one_of_least_inertia(
+    inertias: tuple[float, ...], is_definite: bool
+) -> None:
+    """Also before one that moves no mass, and where none is without mass."""
+    error = mass_singularity(np.diag(inertias), np.array(True), ("a", "b", "c"))
+    assert np.abs(error.direction) == pytest.approx([1.0, 0.0, 0.0])
+    assert error.joint == "a"
+    assert ("not positive definite" in str(error)) != is_definite
 
 
 def test_row_of_a_batch_is_named(slender: Robot) -> None:
