@@ -10,8 +10,12 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.mechanism.tree import build_tree
+from hybrid_dynamics_core.scene.bodies import body_shapes
+from hybrid_dynamics_core.scene.depth import from_back
+from hybrid_dynamics_core.scene.drives import travel_arrow
 from hybrid_dynamics_core.scene.groups import group_joints
 from hybrid_dynamics_core.scene.parts import convex_hull
+from hybrid_dynamics_core.scene.points import span_dimension
 from hybrid_dynamics_core.scene.projection import choose_projection, find_plane
 from hybrid_dynamics_core.scene.skeleton import place_skeleton
 from tests.generated.robots import scaled
@@ -158,10 +162,10 @@ def shrunk(robot: Robot, factor: float) -> Robot:
     return Robot(replace(description, joints=joints))
 
 
-ALIKE = ("slider_crank", "gough", "excavator", "delta", "staicu2015", "palletizer")
+ALIKE = ("slider_crank", "type_d", "gough", "excavator", "delta", "staicu2015", "palletizer")
 
 
-@pytest.mark.parametrize("name", swept(ALIKE, ALIKE[:2]))
+@pytest.mark.parametrize("name", swept(ALIKE, ["slider_crank", "type_d", "delta"]))
 def test_a_small_robot_is_drawn_as_a_large_one_is(name: str) -> None:
     factor = 1.0 / 64.0
     large = make_scene(robot_of(name), None)
@@ -181,3 +185,51 @@ def test_a_base_with_one_joint_is_a_disc_and_a_plate_with_several(name: str, is_
     parts = make_scene(robot_of(name), None).parts
     (base,) = (part for part in parts if part.role == "base")
     assert (base.axis is not None) == is_disc
+
+
+def test_what_hides_nothing_is_seen_from_the_usual_side() -> None:
+    """35 degrees to the left of the plane y = 0, from 24 degrees above."""
+    view = choose_projection(at(robot_of("gantry")))
+    turn, height = np.radians([35.0, 24.0])
+    assert view.right == pytest.approx([np.cos(turn), np.sin(turn), 0.0])
+    assert view.toward[2] == pytest.approx(np.sin(height))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 6])
+def test_points_at_random_span_what_their_number_allows(count: int) -> None:
+    points = np.random.default_rng(count).normal(size=(count, 3))
+    assert span_dimension(points) == min(count - 1, 3)
+
+
+def test_a_body_is_a_plate_with_posts_or_has_faces() -> None:
+    square = np.array([[1, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]], dtype=float)
+    post = np.array([0.2, 0.1, 1.0])
+    (plate, bar) = body_shapes(square, np.vstack([square, post]), 0.05)
+    assert plate[0] == "plate"
+    assert plate[1] == pytest.approx(square)
+    assert bar[0] == "bar"
+    assert bar[1] == pytest.approx(np.array([[0.0, 0.0, 0.0], post]))
+    pyramid = np.vstack([square[:3], post])
+    faces = body_shapes(pyramid, pyramid, 0.05)
+    assert [(role, len(corners)) for role, corners in faces] == [("plate", 3)] * 4
+
+
+def test_an_arrow_with_room_on_both_sides_is_to_the_left_of_its_slide() -> None:
+    scene = make_scene(robot_of("gantry"), None)
+    slides = [joint for joint in scene.skeleton.joints if joint.type == "prismatic"]
+    for joint in slides:
+        arrow = travel_arrow(joint, None, scene.projection, scene.joint_radius, [])
+        ahead = scene.projection.project(joint.axis[None])[0]
+        beside = scene.projection.project(arrow.points.mean(axis=0)[None] - joint.point)[0]
+        assert ahead[0] * beside[1] - ahead[1] * beside[0] > 0.0
+    assert slides
+
+
+@pytest.mark.parametrize("name", ["gough", "staicu2015"])
+def test_symbols_are_no_wider_than_their_bodies_and_the_floor_is_behind_them(name: str) -> None:
+    scene = make_scene(robot_of(name), None)
+    floor, *others = from_back(scene)
+    assert floor.role == "base"
+    symbols = [part for part in others if part.role in ("hinge", "ball", "cross", "pin", "weld")]
+    sizes = [part.radius / scene.joint_radius for part in symbols]
+    assert 0.4 < min(sizes) <= max(sizes) < 1.6
