@@ -15,6 +15,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from hybrid_dynamics_cli.bags.identification_text import (
+    _TERMS_WIDTH,
+    _determined,
+    _first_terms,
+)
 from hybrid_dynamics_cli.bags.process import pace
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
@@ -554,3 +559,24 @@ def test_intervals_are_drawn_in_milliseconds(interval: float) -> None:
 def test_the_page_says_the_lag_in_milliseconds() -> None:
     track = SimpleNamespace(is_causal=True, causal_lag=0.0995)
     assert "tells them 99.5 ms late" in accelerations_of(track)
+
+
+@pytest.mark.parametrize(
+    ("open_count", "words"), [(3, "3 are not determined"), (5, "excites too little")]
+)
+def test_a_motion_that_leaves_less_than_half_open_is_not_called_too_slow(open_count, words):
+    known = tuple("abcdefgh")
+    result = SimpleNamespace(
+        determined=known[open_count:],
+        unphysical=(),
+        nonzero_in_file=known,
+        undetermined=known[:open_count],
+    )
+    assert words in " ".join(_determined(result, 10))
+
+
+@pytest.mark.parametrize("excess", [0, 1])
+def test_terms_are_cut_where_a_line_is_full(excess):
+    last = " + b"
+    name = "a" * (_TERMS_WIDTH + excess - len(last)) + last
+    assert (_first_terms(name) == name) == (excess == 0)

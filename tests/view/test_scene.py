@@ -144,6 +144,9 @@ def test_the_camera_sees_all_of_the_robot(any_robot: Robot) -> None:
     assert angles.max() > 0.1 * camera.field or np.ptp(shape.points) == 0.0
     assert camera.position[2] > floor.level
     assert shape.points[:, 2].min() > floor.level
+    # The corner is beside it, within a picture as wide as high.
+    assert np.linalg.norm(camera.corner - camera.look_at) > camera.radius
+    assert camera.sees(camera.corner[None], 1.0)
 
 
 @pytest.mark.parametrize("name", ["palletizer", "ankle"])
