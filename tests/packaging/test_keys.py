@@ -25,6 +25,7 @@ SYSTEM = {
     "python3-yaml": "yaml",
 }
 JAZZY = {
+    "action_msgs",
     "ament_cmake",
     "ament_index_python",
     "builtin_interfaces",

@@ -11,6 +11,7 @@ from tests.docs.blocks import blocks_of, commands
 from tests.docs.test_pages import PAGES
 
 READY = "active joints "
+PATIENCE = 150.0  # [s] all begin at once, and each makes its code
 LINES = sorted(
     {line for page in PAGES for b in blocks_of(page) if b.starts_nodes for line in commands(b.text)}
 )
@@ -27,7 +28,7 @@ def test_every_line_starts_a_node(start_node):
     assert len(LINES) >= 3
     nodes = [start(start_node, line) for line in LINES]
     for node in nodes:
-        node.wait_for(READY)
+        node.wait_for(READY, PATIENCE)
     assert [node.stop() for node in nodes] == [0] * len(LINES)
 
 
