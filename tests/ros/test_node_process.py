@@ -402,10 +402,10 @@ def test_a_joint_beyond_its_limit_is_logged_and_answered(start_node, connect, tm
     client.wait_for("joint_states", stamp)
     node.wait_for("q1 is beyond its upper limit by 0.5 rad; it is answered")
     message.position[list(message.name).index("q1")] = 0.0
-    message.position[list(message.name).index("q4")] = 90.0  # at once, and for one input alone
+    message.position[list(message.name).index("q4")] = 3.0  # at once, and for one input alone
     stamp = client.new_stamp(0.05)
     client.publish("active_joint_states", message, stamp)
     client.wait_for("joint_states", stamp)
     message.position[list(message.name).index("q4")] = 0.0
     client.publish("active_joint_states", message, client.new_stamp(0.05))
-    node.wait_for("q4 is beyond its upper limit by 89 rad; it is answered")
+    node.wait_for("q4 is beyond its upper limit by 2 rad; it is answered")
