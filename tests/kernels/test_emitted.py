@@ -69,9 +69,12 @@ def test_no_name_of_a_description_reaches_the_code(monkeypatch: pytest.MonkeyPat
     hostile, plain = renamed(load("forging_chu2020")), load("forging_chu2020")
     written: list[Any] = []
     compiled = builtins.compile
-    monkeypatch.setattr(
-        builtins, "compile", lambda source, *rest: written.append(source) or compiled(source, *rest)
-    )
+
+    def note(source: Any, *rest: Any, **options: Any) -> Any:
+        written.append(source)
+        return compiled(source, *rest, **options)
+
+    monkeypatch.setattr(builtins, "compile", note)
     for robot in (hostile, plain):
         call = robot.kernels.inverse_dynamics
         u = np.array([0.3, 0.15, 0.175, 0.4])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from hybrid_dynamics_core import InputError, Payload, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.description.actuators import HydraulicCylinder
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.view.effort_scale import EffortScale
 from hybrid_dynamics_core.view.motion import motion_of
 from hybrid_dynamics_core.view.panel_html import (
@@ -24,6 +26,7 @@ from hybrid_dynamics_core.view.panel_html import (
 from hybrid_dynamics_core.view.ranges import Range, on_round_steps, on_step, slider_ranges
 from hybrid_dynamics_core.view.session import DriveEfforts, ViewSession
 from hybrid_dynamics_core.view.state_interpolation import SPAN
+from tests.export.test_round_trip import CART
 from tests.mechanisms import changed
 from tests.sampling import swept
 
@@ -178,6 +181,25 @@ def test_what_is_beyond_the_range_is_refused_with_its_end_and_a_word_on_degrees(
         crank.take(-90.0, 0.0)
     with pytest.raises(InputError, match="nan"):
         crank.take(np.nan, 0.0)
+
+
+@pytest.mark.parametrize("step", [1e-4, 1.0])
+@pytest.mark.usefixtures("needs_viser")
+def test_a_slider_follows_a_move_of_a_step(step: float) -> None:
+    from hybrid_dynamics_core.view.slider import Slider
+
+    def added(*values: object) -> SimpleNamespace:
+        return SimpleNamespace(value=values[-1], precision=0)
+
+    gui = SimpleNamespace(add_slider=added)
+    slider = Slider(gui, Range("q", "rad", -9.0, 9.0), 0.0, step)  # type: ignore[arg-type]
+    slider.follow(step)
+    assert slider.handle.value == step
+
+
+def test_idle_joints_have_sliders_of_their_own(opened: Opened) -> None:
+    viewer = opened(Robot(parse_description(CART)))
+    assert [slider.scope.name for slider in viewer.panel.sliders] == ["x", "th"]
 
 
 def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(
