@@ -85,6 +85,13 @@ def test_the_motion_at_fault_is_the_one_of_least_inertia(
     assert ("not positive definite" in str(error)) != is_definite
 
 
+def test_of_motions_without_mass_the_driven_one_is_at_fault() -> None:
+    inertias = np.diag([-1e-13, 0.0, 2.0])  # the first is rounding
+    error = mass_singularity(inertias, np.array(True), ("a", "b", "c"), {"a"})
+    assert np.abs(error.direction) == pytest.approx([0.0, 1.0, 0.0])
+    assert error.joint == "b"
+
+
 def test_row_of_a_batch_is_named(slender: Robot) -> None:
     with pytest.raises(MassSingularityError, match="row 0:"):
         slender.forward_dynamics(slender.close([U, U]), np.ones((2, 4)))
