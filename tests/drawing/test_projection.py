@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.mechanism.tree import build_tree
+from hybrid_dynamics_core.scene.attach import attach, rail
 from hybrid_dynamics_core.scene.bodies import body_shapes
 from hybrid_dynamics_core.scene.depth import from_back
 from hybrid_dynamics_core.scene.drives import travel_arrow
@@ -233,3 +234,25 @@ def test_symbols_are_no_wider_than_their_bodies_and_the_floor_is_behind_them(nam
     symbols = [part for part in others if part.role in ("hinge", "ball", "cross", "pin", "weld")]
     sizes = [part.radius / scene.joint_radius for part in symbols]
     assert 0.4 < min(sizes) <= max(sizes) < 1.6
+
+
+@pytest.mark.parametrize("name", ["gantry", "slider_crank"])
+def test_a_slide_is_held_on_its_rail_and_a_frame_has_its_axes(name: str) -> None:
+    skeleton = at(robot_of(name))
+    held = attach(skeleton, group_joints(skeleton))
+    slides = [joint for joint in skeleton.joints if joint.type == "prismatic"]
+    for joint in slides:
+        shares = [(point - joint.start) @ joint.axis for point in held[joint.parent].fixed]
+        lower, upper = sorted((end - joint.start) @ joint.axis for end in rail(joint))
+        assert any(lower - 1e-9 <= share <= upper + 1e-9 for share in shares)
+    assert slides
+    scene = make_scene(robot_of(name), None)
+    ways = {f"joint:{joint.name}": rail(joint) for joint in scene.skeleton.joints}
+    rails = [part for part in scene.parts if part.role == "rail"]
+    for part in rails:  # as far beyond one end as beyond the other
+        assert part.points.mean(axis=0) == pytest.approx(ways[part.owner].mean(axis=0))
+    assert rails
+    arrows = [line.points for line in scene.lines if line.role == "triad"]
+    along = np.array([end - start for start, end in arrows])
+    tip = scene.skeleton.tip
+    assert along / np.linalg.norm(along, axis=1)[:, None] == pytest.approx(tip.rotation.T)
