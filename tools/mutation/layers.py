@@ -16,6 +16,7 @@ TESTS = {
     "hybrid_dynamics_core/formats": ("tests/export", "tests/description"),
     "hybrid_dynamics_core/identification": ("tests/identification",),
     "hybrid_dynamics_core/kernels": ("tests/kernels",),
+    "hybrid_dynamics_core/kernels/differentiate": ("tests/core/test_differentiate.py",),
     "hybrid_dynamics_core/kinematics": ("tests/core", "tests/generated/test_reach_laws.py"),
     "hybrid_dynamics_core/programs": ("tests/dynamics", "tests/laws", "tests/agreement"),
     "hybrid_dynamics_core/robot/compiled": ("tests/kernels/test_calls.py",),
