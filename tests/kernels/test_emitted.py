@@ -268,3 +268,19 @@ def test_a_processor_with_short_vectors_gives_the_same(
         np.stack([2.0 * np.sin(x[:, 0]), x[:, 0] / x[:, 1]], 1)[::2]
     )
     assert values["z"][::2, 0] == pytest.approx(x[::2, 0] + 2.0 * width)
+
+
+def signed(a: Any, b: Any) -> list[Any]:
+    """Terms in which signs and factors meet."""
+    sums = [a + -b, -a + b, -a + -b, a - -b, -a - b, 2.0 - -a, 0.0 - a, -a - 3.0]
+    products = [-a * -b, -a * b, a * -b, a * -1.0, -a * -2.0, (a * 2.0) * -3.0, (a * -3.0) * -0.5]
+    shares = [1.0 / -a, 3.0 / -b, a / -b, -a / -b, -a / 4.0, 0.0 / a, 5.0 / (a * -b)]
+    return [*sums, *products, *shares]
+
+
+def test_arithmetic_of_programs_is_that_of_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Kernel, "_identity", None)
+    made = Kernel(lambda x: Results({"y": signed(*x)}, []), [2], "python")
+    for a, b in ((0.7, 1.9), (-1.3, 0.4)):
+        values, _ = made(np.array([a, b]))
+        assert values["y"] == pytest.approx(signed(a, b), rel=1e-14)
