@@ -17,7 +17,7 @@ import pytest
 
 from hybrid_dynamics_core import Robot, load, programs
 from hybrid_dynamics_core.algebra.scalar import cos, sin
-from hybrid_dynamics_core.kernels import caller, native, run
+from hybrid_dynamics_core.kernels import caller, extension, native, run
 from hybrid_dynamics_core.kernels.emit_numpy import emit_columns
 from hybrid_dynamics_core.kernels.emit_python import emit_scalar
 from hybrid_dynamics_core.kernels.ir import parts
@@ -284,3 +284,12 @@ def test_arithmetic_of_programs_is_that_of_numbers(monkeypatch: pytest.MonkeyPat
     for a, b in ((0.7, 1.9), (-1.3, 0.4)):
         values, _ = made(np.array([a, b]))
         assert values["y"] == pytest.approx(signed(a, b), rel=1e-14)
+
+
+@pytest.mark.skipif(
+    native.llvm.binding() is None or sys.implementation.name != "cpython", reason="no compiler here"
+)
+def test_machine_code_is_made_where_there_is_a_compiler() -> None:
+    """Otherwise all tests of it would be left out in silence."""
+    assert extension.usable()
+    assert "native" in BACKENDS
