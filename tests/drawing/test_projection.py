@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from hybrid_dynamics_core.scene.attach import attach, rail
 from hybrid_dynamics_core.scene.bodies import body_shapes
@@ -256,3 +257,24 @@ def test_a_slide_is_held_on_its_rail_and_a_frame_has_its_axes(name: str) -> None
     along = np.array([end - start for start, end in arrows])
     tip = scene.skeleton.tip
     assert along / np.linalg.norm(along, axis=1)[:, None] == pytest.approx(tip.rotation.T)
+
+
+SWIVEL = """
+format: 1
+name: swivel
+active_set: motors
+links: {base: {}, fork: {}, bar: {mass: 1, com: [0.2, 0.1, 0.3], inertia: {sphere: {radius: 0.1}}}}
+joints:
+  loose: {type: revolute, parent: base, child: fork, axis: y}
+  driven: {type: revolute, parent: fork, child: bar, axis: x}
+active: [driven]
+end_effector: {link: bar, xyz: [0.4, 0, 0]}
+"""
+
+
+def test_what_is_driven_is_drawn_by_itself() -> None:
+    """Also behind a joint at the same place that nobody drives."""
+    assert kinds_of(Robot(parse_description(SWIVEL))) == {
+        "loose": "revolute",
+        "driven": "revolute",
+    }
