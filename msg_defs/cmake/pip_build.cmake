@@ -29,8 +29,12 @@ endfunction()
 cmake_language(DEFER CALL drop_missing_include_folders)
 
 # 3. Type supports are some hundred small files below the same large headers: together they compile in a fraction of the
-#    time. Those of rosidl_generator_c cannot be joined, their static names are the same in each.
+#    time. Those of rosidl_generator_c cannot be joined, their static names are the same in each. Nor can those of every
+#    package: some declare what another one of their files defines.
 function(join_type_supports)
+  if(NOT PROJECT_NAME STREQUAL "hybrid_dynamics_msgs")
+    return()
+  endif()
   get_property(targets DIRECTORY "${CMAKE_SOURCE_DIR}" PROPERTY BUILDSYSTEM_TARGETS)
   list(FILTER targets INCLUDE REGEX "__rosidl_typesupport_.*(c|cpp)$")
   set_target_properties(${targets} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10)
