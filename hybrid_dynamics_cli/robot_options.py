@@ -49,35 +49,32 @@ def _keep(context: click.Context, option: click.Parameter, texts: tuple[str, ...
         context.meta.setdefault(_KEY, {})[option.opts[0]] = texts
 
 
+def _option(name: str, metavar: str, text: str) -> Callable[[Command], Command]:
+    """An option that may be given any number of times, and is kept for the robot's name."""
+    return click.option(
+        name,
+        metavar=metavar,
+        multiple=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_keep,
+        help=text,
+    )
+
+
 def with_robot_options(argument: Callable[[Command], Command]) -> Callable[[Command], Command]:
     """An argument or option for a robot, with the options that say how its file is read."""
     options = (
-        click.option(
+        _option(
             _PARAMETERS,
-            metavar="NAME=VALUE",
-            multiple=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_keep,
-            help="Value of a parameter of the robot's file, as L1=40*cm; any number of times.",
+            "NAME=VALUE",
+            "Value of a parameter of the robot's file, as L1=40*cm; any number of times.",
         ),
-        click.option(
-            _XACRO_ARGS,
-            metavar="NAME:=VALUE",
-            multiple=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_keep,
-            help="Argument of a xacro file; any number of times.",
-        ),
-        click.option(
+        _option(_XACRO_ARGS, "NAME:=VALUE", "Argument of a xacro file; any number of times."),
+        _option(
             _SEARCH_PATH,
-            metavar="FOLDER",
-            multiple=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_keep,
-            help="Where the packages of a file are looked for; any number of times.",
+            "FOLDER",
+            "Where the packages of a file are looked for; any number of times.",
         ),
     )
 

@@ -13,7 +13,6 @@ from rclpy.subscription import Subscription
 from ..stream.input_queue import InputQueue
 from ..stream.sequence_gaps import SequenceGaps
 from . import qos
-from .input_reader import Read
 
 _CHECK_PERIOD: Final = (
     0.1  # [s] for which is kept who publishes: a question costs as much as an answer
@@ -25,7 +24,6 @@ class InputTopic:
 
     Attributes:
         name: of the topic, resolved.
-        read: makes a sample of a message.
         subscription: made by `open`.
         queue: messages that wait for their answer.
         gaps: counts messages that were lost on the way. The middleware's own event takes its locks
@@ -33,13 +31,10 @@ class InputTopic:
             other, for ever.
     """
 
-    def __init__(
-        self, node: LifecycleNode, kind: type, name: str, profile: QoSProfile, read: Read
-    ) -> None:
+    def __init__(self, node: LifecycleNode, kind: type, name: str, profile: QoSProfile) -> None:
         """A topic that is not subscribed to yet; the profile may be changed by overrides."""
         self._node, self._kind, self._profile = node, kind, profile
         self._given_name, self.name = name, node.resolve_topic_name(name)
-        self.read = read
         self.gaps = SequenceGaps(self._publishers)
         self._present: frozenset[Hashable] = frozenset()
         self._checked = -_CHECK_PERIOD

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 import traceback
+from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from hybrid_dynamics_msgs.msg import CylinderStates, JointMotion
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode
-from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
@@ -71,14 +72,10 @@ class Stream:
         robot, settings = self._runtime.robot, self._runtime.settings
         self._publishers.open(topics_of(robot, settings), settings)
         states = StateReader(has_efforts=settings[PASS_THROUGH])
-        self._subscribe(JointState, "~/active_joint_states", states)
+        self._subscribe(JointState, "~/active_joint_states", partial(self._process, states))
         motions = reader_of(JointMotion, conversions.sample_of_motion)
-        self._subscribe(JointMotion, "~/active_joint_motions", motions)
-        pressures = InputTopic(
-            self._node, CylinderStates, "~/cylinder_pressures", self._profile(), states
-        )
-        pressures.open(self._on_message, self._take_pressures)
-        self.inputs.append(pressures)
+        self._subscribe(JointMotion, "~/active_joint_motions", partial(self._process, motions))
+        self._subscribe(CylinderStates, "~/cylinder_pressures", self._take_pressures)
 
     def check_connections(self) -> None:
         """Note publishers and subscriptions of other nodes that are not heard or do not hear."""
@@ -99,15 +96,10 @@ class Stream:
             source.destroy()
         self._publishers.destroy()
 
-    def _profile(self) -> QoSProfile:
+    def _subscribe(self, kind: type, topic: str, answer: Callable[[bytes], bool]) -> None:
         settings = self._runtime.settings
-        return qos.profile(settings[INPUT_QOS], settings[INPUT_DEPTH])
-
-    def _subscribe(self, kind: type, topic: str, read: Read) -> None:
-        def answer(message: bytes) -> bool:
-            return self._process(source, message)
-
-        source = InputTopic(self._node, kind, topic, self._profile(), read)
+        profile = qos.profile(settings[INPUT_QOS], settings[INPUT_DEPTH])
+        source = InputTopic(self._node, kind, topic, profile)
         source.open(self._on_message, answer)
         self.inputs.append(source)
 
@@ -143,10 +135,10 @@ class Stream:
         if source.queue:
             self._resume.reset()
 
-    def _process(self, source: InputTopic, message: bytes) -> bool:
+    def _process(self, read: Read, message: bytes) -> bool:
         """Answer a message; False where it cannot be used."""
         start = time.perf_counter()
-        rejection = self._attempt(source.read, message)
+        rejection = self._attempt(read, message)
         if rejection is not None:
             self._refuse(rejection)
         self._runtime.monitor.answered(time.perf_counter() - start)

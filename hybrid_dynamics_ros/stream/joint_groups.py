@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.joint_samples import FloatArray
-from .filter.filter import StampEvent
+from .filter.filter import StampEvent, restart_between
 from .filter.rate_estimator import Estimate, EstimatorState, MotionEstimator, RateRows
 
 Mask = NDArray[np.bool_]
@@ -201,12 +201,10 @@ class GroupedEstimator:
 
     def _restart(self, before_ns: int, stamp_ns: int) -> StampEvent | None:
         """Why all groups start anew at a stamp; None where they go on."""
-        if stamp_ns < before_ns:
-            return StampEvent.BACKWARD
-        return StampEvent.GAP if self._is_old(before_ns, stamp_ns) else None
+        return restart_between(before_ns, stamp_ns, self.estimator.max_gap)
 
     def _is_old(self, before_ns: int, stamp_ns: int) -> bool:
-        return (stamp_ns - before_ns) * 1e-9 > self.estimator.max_gap
+        return self._restart(before_ns, stamp_ns) is not None
 
     def _step_groups(
         self,

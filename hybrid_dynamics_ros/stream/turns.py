@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.joint_samples import FloatArray
+from .filter.filter import restart_between
 
 TURN: Final = 2.0 * math.pi  # [rad]
 _HALF: Final = 0.5 * TURN
@@ -87,7 +88,7 @@ class TurnCounter:
             velocity: (n,) [rad/s or m/s], NaN where it was not measured; None: of no joint.
         """
         readings = position.tolist()
-        if state is None or not self._goes_on(stamp_ns - state.stamp_ns):
+        if state is None or not self._goes_on(state.stamp_ns, stamp_ns):
             return TurnState(stamp_ns, readings, self._at_start, None), position
         turns, shift = state.turns, state.shift
         # In plain floats: this is done for every message, and NumPy is slow for so short arrays.
@@ -143,8 +144,8 @@ class TurnCounter:
         pairs = zip(self._names, before.turns, after.turns, strict=True)
         return Counter({name: abs(new - old) for name, old, new in pairs if new != old})
 
-    def _goes_on(self, interval_ns: int) -> bool:
-        return interval_ns >= 0 and interval_ns * 1e-9 <= self._max_gap
+    def _goes_on(self, before_ns: int, stamp_ns: int) -> bool:
+        return restart_between(before_ns, stamp_ns, self._max_gap) is None
 
     def _breaks(self, stamps: NDArray[np.int64], position: FloatArray) -> list[int]:
         """The first row, and each row with a jump, a gap or a stamp that goes back before it."""

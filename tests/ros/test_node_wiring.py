@@ -27,6 +27,7 @@ from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros.actions.goals import GoalServer
 from hybrid_dynamics_ros.messages import conversions
 from hybrid_dynamics_ros.messages.joint_samples import RejectionCode
+from hybrid_dynamics_ros.node import subscriptions
 from hybrid_dynamics_ros.node.lifecycle import HybridDynamicsNode
 from hybrid_dynamics_ros.services.table import TABLE
 from hybrid_dynamics_ros.stream.topics import TOPICS
@@ -95,13 +96,14 @@ def test_messages_that_cannot_be_read_count_as_received_and_rejected(ros_node):
     assert counts.accepted > 0
 
 
-def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(ros_node, capfd):
-    ros_node.start()
-
+def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(
+    ros_node, capfd, monkeypatch
+):
     def broken(_):
         raise ZeroDivisionError("a bug")
 
-    ros_node._stream.inputs[0].read = broken
+    monkeypatch.setattr(subscriptions, "StateReader", lambda **_: broken)
+    ros_node.start()
     for _ in range(3):
         receive(ros_node, 0, serialize_message(MESSAGE))
     assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in ros_node.summary()

@@ -34,6 +34,21 @@ class StampEvent(Enum):
     GAP = "gap"  # later than the largest gap: restarted
 
 
+def restart_between(before_ns: int, stamp_ns: int, max_gap: float) -> StampEvent | None:
+    """Why what is remembered of a sample says nothing of the next; None where it does.
+
+    Args:
+        before_ns: stamp of the sample [ns].
+        stamp_ns: stamp of the next [ns].
+        max_gap: largest time between two samples that follow each other [s].
+    """
+    if stamp_ns < before_ns:
+        return StampEvent.BACKWARD
+    if (stamp_ns - before_ns) * 1e-9 > max_gap:
+        return StampEvent.GAP
+    return None
+
+
 class FilterState(NamedTuple):
     """All that the filter remembers.
 
@@ -160,13 +175,10 @@ class RateFilter(ABC):
     def _event(self, state: FilterState | None, stamp_ns: int, sample: FloatArray) -> StampEvent:
         if state is None:
             return StampEvent.FIRST
-        if stamp_ns < state.stamp_ns:
-            return StampEvent.BACKWARD
         if stamp_ns == state.stamp_ns:
             is_same = np.array_equal(sample, state.sample)
             return StampEvent.REPEATED if is_same else StampEvent.CONFLICT
-        is_gap = (stamp_ns - state.stamp_ns) * 1e-9 > self.max_gap
-        return StampEvent.GAP if is_gap else StampEvent.NEXT
+        return restart_between(state.stamp_ns, stamp_ns, self.max_gap) or StampEvent.NEXT
 
     def _start(self, stamp_ns: int, sample: FloatArray) -> FilterState:
         channels, n = sample.shape
