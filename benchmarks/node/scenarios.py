@@ -100,7 +100,11 @@ def flood(options: argparse.Namespace) -> None:
         recovery = max(0.0, float(late.max() - end))
     during = stamp[(stamp > begin) & (stamp < end)]
     sent = len(recording.sent)
+    newest = "lost"
+    if recording.sent[-1] in recording.answered:
+        newest = "answered"
     print(f"sent {sent}, answered {latency.size}, of them in the flood {during.size}")
+    print(f"the last message of all: {newest}")
     latency_text = f"usual latency, 99 %: {1e3 * usual:.2f} ms"
     print(f"{latency_text}; as usual again {1e3 * recovery:.0f} ms after the flood")
     before = f"{sizes[0][1]:.1f} MB before"

@@ -241,7 +241,7 @@ def test_numbers_at_the_end_of_their_range_never_come_back_as_numbers(start_node
 @pytest.mark.sweep(
     sample="test_a_flood_of_calls_is_answered_busy_beyond_the_queue_and_the_node_goes_on"
 )
-def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
+def test_a_flood_leaves_memory_flat_and_the_last_message_is_answered():
     told = benchmark("--flood", "--seconds", "10")
     early, late = (
         float(x)
@@ -249,7 +249,7 @@ def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
     )
     # Queues fill at first, and stay full. Messages that are kept would be 20 MB and more.
     assert late < early + 8.0, told
-    assert int(re.search(r"usual again (\d+) ms", told)[1]) <= 100, told
+    assert "the last message of all: answered" in told, told
 
 
 def totals(client):
