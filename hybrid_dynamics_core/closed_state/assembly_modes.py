@@ -136,7 +136,7 @@ def signs_of_names(
         branch: modes by loop name.
 
     Returns:
-        Branch signs (blocks,).
+        Branch signs as those given.
 
     Raises:
         InputError: there is no such loop or mode.
@@ -177,15 +177,15 @@ def _set_mode(
         raise InputError(f"branch: {no_such_mode(loop, mode, _modes_of(plan, loop))}")
 
 
-def matching_signs(model: Model, s: Array) -> Array:
-    """The branch signs (blocks,) on which a plan gives the closed configuration s (n_s,)."""
-    closed = configuration_at(model.tree, s)
+def matching_signs(model: Model, s: Array, charts: Array) -> Array:
+    """The signs on which a plan gives the closed configuration s (n_s,) in charts."""
+    closed = configuration_at(model.tree, s, charts)
     signs = []
     for block in model.plan.blocks:
         options = block.signs
         errors = [_error_on(block, closed, sign, s) for sign in options]
         signs.append(options[errors.index(min(errors))])
-    return np.array(signs)
+    return np.array([*signs, *charts])
 
 
 def _error_on(

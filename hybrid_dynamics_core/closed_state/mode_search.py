@@ -27,7 +27,7 @@ class ModeSolution(NamedTuple):
     """One way in which the loops close, as numbers.
 
     Attributes:
-        signs: branch sign (blocks,) of each block, +1 or -1.
+        signs: branch sign of each block, +1 or -1, then the charts of ball and free joints.
         s: all coordinates (n_s,) [rad, m].
         names: name of the mode of each loop.
     """
@@ -70,7 +70,7 @@ class ModeSearch:
     Args:
         model: tree and closure plan.
         u: given coordinates (n,) [rad, m].
-        signs: branch signs (blocks,) of blocks whose mode is not looked for.
+        signs: of blocks whose mode is not looked for, then the charts of ball and free joints.
         start: all coordinates (n_s,) where iterations start [rad, m].
     """
 
@@ -80,7 +80,8 @@ class ModeSearch:
         self._guess = start.tolist()
         self._evidence: dict[str, Reached] = {}
         given = dict(zip(model.plan.given, u.tolist(), strict=True))
-        before = given_configuration(model.tree, given)
+        _, charts = model.plan.split(signs.tolist())
+        before = given_configuration(model.tree, given, charts)
         self.solutions = list(self._extended(before, []))
 
     def verdict(self) -> tuple[Completeness, str]:
@@ -194,7 +195,8 @@ def _mode_solution(
         signs.append(solution.sign)
         modes.append(solution.mode)
     s = [float(q) for q in configuration.q]
-    return ModeSolution(np.array(signs), np.array(s), branch_names(plan, modes))
+    with_charts = np.array([*signs, *configuration.charts])
+    return ModeSolution(with_charts, np.array(s), branch_names(plan, modes))
 
 
 def _starts(

@@ -117,16 +117,17 @@ class ClosedMotion:
             tree: the spanning tree.
             plan: how its loops close.
             u: the given coordinates of the plan (n,) [rad, m].
-            branch: a sign for each block, +1 or -1.
+            branch: a sign for each block, then the chart of each ball or free joint, +1 or -1.
             guess: where iterations start, all coordinates (n_s,) [rad, m].
         """
         self._tree = tree
         self.given = plan.given
         self.size = len(tree.coordinates)
         values = dict(zip(plan.given, u, strict=True))
-        self.configuration = given_configuration(tree, values)
+        signs, charts = plan.split(branch)
+        self.configuration = given_configuration(tree, values, charts)
         margins: list[Scalar] = []
-        for block, sign in zip(plan.blocks, branch, strict=True):
+        for block, sign in zip(plan.blocks, signs, strict=True):
             margins.append(block.solve(self.configuration, sign, guess))
         self.residuals: list[Scalar] = []
         self.guards: list[Scalar] = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ..algebra.scalar import Scalars
 from ..description.model import RobotDescription
 from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.tree import Tree
@@ -40,6 +41,16 @@ class ClosurePlan:
     reference: Configuration
     loops: tuple[LoopEquations, ...]
     redundant: tuple[Equation, ...]
+
+    @property
+    def signs(self) -> tuple[float, ...]:
+        """The signs of the reference: `branch`, then the chart of each ball or free joint."""
+        return (*self.branch, *map(float, self.reference.charts))
+
+    def split(self, signs: Scalars) -> tuple[Scalars, Scalars]:
+        """Signs as those of the blocks, and the charts."""
+        blocks = len(self.blocks)
+        return signs[:blocks], signs[blocks:]
 
 
 def build_plan(

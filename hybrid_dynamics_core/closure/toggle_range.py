@@ -76,7 +76,8 @@ class ClosingSearch:
             self._given[coordinate] = float(value)
         self._k = k
         self._solved: list[tuple[BlockSolver, float]] = []
-        for block, sign in zip(plan.blocks, signs, strict=True):
+        of_blocks, self._charts = plan.split(signs)
+        for block, sign in zip(plan.blocks, of_blocks, strict=True):
             is_needed = blocks is None or block in blocks or not given_inputs(plan, block)
             if is_needed:
                 self._solved.append((block, float(sign)))
@@ -86,7 +87,8 @@ class ClosingSearch:
 
     def closes(self, values: Array) -> Flags:
         """Whether they close, (N,), at values (N,) of the coordinate [rad or m]."""
-        configuration = given_configuration(self._tree, self._given | {self._k: values})
+        given = self._given | {self._k: values}
+        configuration = given_configuration(self._tree, given, self._charts)
         good = np.ones(values.shape, dtype=bool)
         with np.errstate(all="ignore"):
             for block, sign in self._solved:
@@ -193,10 +195,10 @@ def independent_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
         return everywhere
     reference = [float(plan.reference.q[coordinate]) for coordinate in plan.given]
     near = float(plan.reference.q[k])
-    allowed = ClosingSearch(tree, plan, reference, plan.branch, k, blocks).interval(near)
+    allowed = ClosingSearch(tree, plan, reference, plan.signs, k, blocks).interval(near)
     if allowed is None:
         return everywhere
-    complete = ClosingSearch(tree, plan, reference, plan.branch, k)
+    complete = ClosingSearch(tree, plan, reference, plan.signs, k)
     lower, upper = allowed
     if math.isfinite(lower) and not complete.closes(np.array([lower]))[0]:
         lower = -math.inf

@@ -18,7 +18,17 @@ from .followers import multiplier_path, multipliers_of
 from .forces import read_actuators, read_effects, read_payloads
 from .geometry import Transform, rotation_about
 from .inertia import read_inertia
-from .model import END_EFFECTOR, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription
+from .model import (
+    END_EFFECTOR,
+    Closure,
+    Frame,
+    Joint,
+    Link,
+    Loop,
+    Mimic,
+    MultiDofJoint,
+    RobotDescription,
+)
 from .rigid_body import TRIANGLE_SLACK
 from .values import ValueReader
 
@@ -73,6 +83,8 @@ class _Builder:
             idle=tuple(data.get("idle", [])),
             active_set=data.get("active_set", "exact"),
             mimics=self.mimics(),
+            multi_dof=self.multi_dof(),
+            charts=MappingProxyType(dict(self.document.charts)),
             file=self.document.file,
             lines=self.document.lines(),
             files=self.document.files(),
@@ -136,6 +148,13 @@ class _Builder:
         for name, entry in section_entries(self.values, "joints").items():
             if entry["type"] != "fixed":
                 joints[name] = self.joint(name, entry)
+        return MappingProxyType(joints)
+
+    def multi_dof(self) -> Mapping[str, MultiDofJoint]:
+        """Joints of several freedoms, between links in place of frames."""
+        joints: dict[str, MultiDofJoint] = {}
+        for name, joint in self.document.multi_dof.items():
+            joints[name] = replace(joint, parent=self.attached.link(joint.parent))
         return MappingProxyType(joints)
 
     def joint(self, name: str, entry: Entry) -> Joint:

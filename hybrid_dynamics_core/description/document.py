@@ -11,6 +11,7 @@ from typing import Any
 from ..errors import DescriptionError
 from ..ground.file_options import NO_OPTIONS, FileOptions
 from ..ground.suggestions import with_warnings
+from .model import MultiDofJoint
 
 Data = dict[str, Any]  # plain data of a mapping
 KeyPath = tuple[str | int, ...]  # keys and list indices down to an entry
@@ -45,6 +46,8 @@ class Document:
         warnings: of what is allowed and hardly meant, for `RobotDescription.warnings`.
         impossible: inertias that no rigid body has, by dotted key, in words.
         rounded_links: links whose numbers were rounded by the tool that printed them.
+        multi_dof: joints of several freedoms by name, for `RobotDescription.multi_dof`.
+        charts: of ball and free joints at the reference, for `RobotDescription.charts`.
         options: what the file is read with.
     """
 
@@ -62,6 +65,8 @@ class Document:
         self.warnings: list[str] = []
         self.impossible: dict[str, str] = {}
         self.rounded_links: set[str] = set()
+        self.multi_dof: dict[str, MultiDofJoint] = {}
+        self.charts: dict[str, float] = {}
         self._locations: dict[KeyPath, tuple[FilePath, int]] = {}
         for path, line in lines.items():
             self._locations[path] = (file, line)

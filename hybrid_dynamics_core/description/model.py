@@ -20,6 +20,7 @@ from .actuators import HydraulicCylinder
 from .effects import JointEffect, Payload
 
 JointType = Literal["revolute", "prismatic"]
+MultiDofType = Literal["universal", "cylindrical", "planar", "ball", "free", "screw"]
 ClosureKind = Literal["planar", "point", "axis", "frame"]
 ActiveSet = Literal["exact", "motors"]
 
@@ -94,6 +95,35 @@ class Joint:
     effort_limit: float = math.inf
     velocity_limit: float = math.inf
     power_limit: float = math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class MultiDofJoint:
+    """A joint of several freedoms: joints of one freedom in a row, on links without mass.
+
+    The last three joints of a ball or free joint turn about x, y and z of its frame, each about the
+    axis that the ones before have turned.
+
+    Attributes:
+        name: of the joint.
+        type: which freedoms it has.
+        parent: link that carries it.
+        child: link that it moves.
+        joints: names of the joints in the row, the first on the parent.
+    """
+
+    name: str
+    type: MultiDofType
+    parent: str
+    child: str
+    joints: tuple[str, ...]
+
+    @property
+    def turns(self) -> tuple[str, ...]:
+        """The three joints that can reach any orientation; none of the other types."""
+        if self.type in ("ball", "free"):
+            return self.joints[-3:]
+        return ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +224,8 @@ class RobotDescription(Picklable):
         idle: those of `active` that nobody drives.
         active_set: "motors" where independent coordinates are to be found from the motors by rank.
         mimics: by the joint that follows.
+        multi_dof: joints of several freedoms by name; `joints` has those that they consist of.
+        charts: which chart the reference of a ball or free joint is in, +1 or -1; +1 if none.
         file: that the description was read from.
         lines: line of each entry, by dotted key.
         files: file of each entry that stands in another file, by dotted key.
@@ -223,6 +255,8 @@ class RobotDescription(Picklable):
     idle: tuple[str, ...] = ()
     active_set: ActiveSet = "exact"
     mimics: Mapping[str, Mimic] = field(default_factory=dict)
+    multi_dof: Mapping[str, MultiDofJoint] = field(default_factory=dict)
+    charts: Mapping[str, float] = field(default_factory=dict)
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)
     files: Mapping[str, str | Path | None] = field(default_factory=dict)
@@ -234,6 +268,11 @@ class RobotDescription(Picklable):
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)
     parts: Mapping[str, Link] = field(default_factory=dict)
     alone: Mapping[str, Link] = field(default_factory=dict)
+
+    @property
+    def freely_turning(self) -> tuple[MultiDofJoint, ...]:
+        """The joints that reach any orientation: ball and free joints."""
+        return tuple(joint for joint in self.multi_dof.values() if joint.turns)
 
     @property
     def motors(self) -> tuple[str, ...]:

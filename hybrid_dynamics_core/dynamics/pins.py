@@ -229,7 +229,7 @@ def _closed_configurations(tree: Tree, plan: ClosurePlan) -> list[Configuration]
     for size in MOVES:
         u = reference[given] + size * fixed_perturbation(len(given))
         try:
-            motion = ClosedMotion(tree, plan, u.tolist(), plan.branch, reference.tolist())
+            motion = ClosedMotion(tree, plan, u.tolist(), plan.signs, reference.tolist())
         except ZeroDivisionError:
             continue
         if all(block.margin > 0.0 for block in motion.blocks):

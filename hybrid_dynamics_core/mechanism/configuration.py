@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from ..algebra.scalar import Scalar, atan2, cos, rint, sin
+from ..algebra.scalar import Scalar, Scalars, atan2, cos, rint, sin
 from .tree import Tree
 
 TURN = 2.0 * math.pi  # [rad]
@@ -18,16 +18,18 @@ class Configuration:
         q: angle [rad] or displacement [m] of each coordinate, None where it is not set.
         c: cosine of each revolute coordinate.
         s: sine of each revolute coordinate.
+        charts: chart of each ball or free joint, +1 or -1; +1 each if empty.
     """
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, charts: Scalars = ()) -> None:
         self.q: list[Scalar] = [None] * size
         self.c: list[Scalar] = [None] * size
         self.s: list[Scalar] = [None] * size
+        self.charts = charts
 
     def copy(self) -> Configuration:
         """An independent copy."""
-        other = Configuration(0)
+        other = Configuration(0, self.charts)
         other.q = list(self.q)
         other.c = list(self.c)
         other.s = list(self.s)
@@ -79,9 +81,17 @@ def with_turns(angle: Scalar, near: Scalar) -> Scalar:
     return angle + turns * TURN
 
 
-def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configuration:
-    """A configuration with some coordinates set, from any scalars."""
-    configuration = Configuration(len(tree.coordinates))
+def given_configuration(
+    tree: Tree, values: Mapping[int, Scalar], charts: Scalars | None = None
+) -> Configuration:
+    """A configuration with some coordinates set, from any scalars.
+
+    Args:
+        tree: the spanning tree.
+        values: by coordinate [rad or m].
+        charts: of ball and free joints, +1 or -1; those of the reference if None.
+    """
+    configuration = Configuration(len(tree.coordinates), tree.charts if charts is None else charts)
     for body in tree.bodies:
         k = body.coordinate
         if k in values:
@@ -89,7 +99,11 @@ def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configurati
     return configuration
 
 
-def configuration_at(tree: Tree, s: Iterable[float]) -> Configuration:
+def configuration_at(
+    tree: Tree, s: Iterable[float], charts: Iterable[float] | None = None
+) -> Configuration:
     """The configuration of floats with all coordinates s (n_s,) set."""
     values = {k: float(q) for k, q in enumerate(s)}
-    return given_configuration(tree, values)
+    if charts is not None:
+        charts = tuple(map(float, charts))
+    return given_configuration(tree, values, charts)

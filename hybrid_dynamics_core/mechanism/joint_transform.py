@@ -8,8 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..algebra.charts import chart_rotation
 from ..algebra.transform import IDENTITY, RigidTransform, compose
-from ..algebra.vector import ZERO3, Vector, add, axis_rotation, cross, matmul, matvec, scale, sub
+from ..algebra.vector import (
+    ZERO3,
+    Rotation,
+    Vector,
+    add,
+    axis_rotation,
+    cross,
+    matmul,
+    matvec,
+    scale,
+    sub,
+)
 from .configuration import Configuration
 from .tree import Body, Tree
 
@@ -21,9 +33,16 @@ def joint_transform(body: Body, configuration: Configuration) -> RigidTransform:
     k = body.coordinate
     if body.is_revolute:
         turn = axis_rotation(body.axis, configuration.c[k], configuration.s[k])
-        return matmul(body.rotation, turn), body.translation
+        return matmul(zero_rotation(body, configuration), turn), body.translation
     slide = scale(configuration.q[k], body.axis)
     return body.rotation, add(body.translation, matvec(body.rotation, slide))
+
+
+def zero_rotation(body: Body, configuration: Configuration) -> Rotation:
+    """The rotation (3, 3) of a body in its parent at zero, in the chart of its joint."""
+    if body.chart is None or not configuration.charts:
+        return body.rotation
+    return matmul(body.rotation, chart_rotation(configuration.charts[body.chart]))
 
 
 def joint_transforms(tree: Tree, configuration: Configuration) -> list[RigidTransform]:
@@ -48,7 +67,8 @@ def through_joint(
         The pose of the child and its joint's axis (3,), both in that frame.
     """
     k = body.coordinate
-    rotation, origin = compose(outer, (body.rotation, body.translation))
+    zero = zero_rotation(body, configuration)
+    rotation, origin = compose(outer, (zero, body.translation))
     axis = matvec(rotation, body.axis)
     if body.is_revolute:
         turn = axis_rotation(body.axis, configuration.c[k], configuration.s[k])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..algebra.charts import FIRST
 from ..algebra.scalar import Scalar
 from ..algebra.transform import IDENTITY, RigidTransform, compose
 from ..algebra.vector import Rotation, Vector, constant
@@ -32,6 +33,7 @@ class Body:
         first_moment: m c [kg m], about the link origin, in link axes.
         inertia: [kg m^2], about the link origin, in link axes.
         limits: lower and upper limit of the joint [rad or m].
+        chart: which of the tree's charts its orientation at zero depends on, None for most.
     """
 
     name: str
@@ -46,11 +48,15 @@ class Body:
     first_moment: Vector
     inertia: Rotation
     limits: tuple[float, float]
+    chart: int | None = None
 
     @property
     def is_revolute(self) -> bool:
         """Whether the joint turns; otherwise it slides."""
         return self.type == "revolute"
+
+
+Turns = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
@@ -62,12 +68,16 @@ class Tree:
         bodies: the moving links, parents first.
         coordinates: names of s, the active ones first.
         n_active: number of active coordinates.
+        turns: the three turning coordinates of each ball or free joint.
+        charts: the chart of each at the reference, +1 or -1.
     """
 
     base: str
     bodies: tuple[Body, ...]
     coordinates: tuple[str, ...]
     n_active: int
+    turns: tuple[Turns, ...] = ()
+    charts: tuple[float, ...] = ()
 
     def body_index(self, link: str) -> int:
         """Index of a link's body; -1 for the base."""
@@ -159,7 +169,19 @@ def build_tree(robot: RobotDescription) -> Tree:
         carried = children.get(robot.joints[name].child, [])
         stack += [(child, len(bodies)) for child in reversed(carried)]
         bodies.append(_body(robot, name, parent, coordinates.index(name)))
-    return Tree(robot.base, tuple(bodies), coordinates, len(robot.active))
+    return Tree(
+        base=robot.base,
+        bodies=tuple(bodies),
+        coordinates=coordinates,
+        n_active=len(robot.active),
+        turns=tuple(_turns(joint.turns, coordinates) for joint in robot.freely_turning),
+        charts=tuple(robot.charts.get(joint.name, FIRST) for joint in robot.freely_turning),
+    )
+
+
+def _turns(joints: tuple[str, ...], coordinates: tuple[str, ...]) -> Turns:
+    x, y, z = map(coordinates.index, joints)
+    return x, y, z
 
 
 def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> Body:
@@ -180,7 +202,15 @@ def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> B
         first_moment=floats(link.mass * link.com),
         inertia=(xx, yy, zz),
         limits=joint.limits,
+        chart=_chart_of(robot, name),
     )
+
+
+def _chart_of(robot: RobotDescription, name: str) -> int | None:
+    for k, joint in enumerate(robot.freely_turning):
+        if joint.turns[0] == name:
+            return k
+    return None
 
 
 def frame_offset(frame: Frame) -> RigidTransform:

@@ -35,7 +35,7 @@ class Model:
         if name in ALONG_S:
             return len(self.tree.coordinates)
         if name == "branch":
-            return len(self.plan.blocks)
+            return len(self.plan.blocks) + len(self.tree.charts)
         if name == "gravity":
             return GRAVITY
         return len(self.plan.given)
@@ -50,7 +50,7 @@ class Inputs(LoadValues):
         du: their rates (n,).
         ddu: their accelerations (n,).
         tau: their efforts (n,) [N m, N].
-        branch: branch sign of each block.
+        branch: branch sign of each block, then the chart of each ball or free joint.
         guess: where iterations start, all coordinates (n_s,).
         gravity: (3,) [m/s^2], base axes.
     """

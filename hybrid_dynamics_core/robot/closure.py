@@ -24,6 +24,7 @@ from ..closed_state.turns import FreeTurns
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors
+from .charts import Charts
 from .given import GivenMotion, close_rows
 from .kernel_store import KernelStore
 from .model import RobotModel
@@ -39,18 +40,21 @@ class Closure:
     Attributes:
         model: names, tree and closure plan of the robot.
         kernels: where the closure kernels are.
-        signs: branch sign (blocks,) of the robot's assembly modes, +1 or -1.
+        signs: branch sign of each block in the robot's assembly modes, then the chart of each
+            ball or free joint at the reference, all +1 or -1.
         start: all coordinates (n_s,) of the reference configuration [rad, m].
         turns: the passive angles whose whole turns are free.
+        charts: of ball and free joints.
     """
 
     def __init__(self, model: RobotModel, kernels: KernelStore) -> None:
         self.model = model
         self.kernels = kernels
-        self.signs = frozen(model.plan.branch)
+        self.signs = frozen(model.plan.signs)
         self.start = model.reference_s
         self.turns = FreeTurns(model.program_model)
         self._states = StateBuilder(model)
+        self.charts = Charts(model, self._run_closure, self._states)
         self._solver = self._solver_of("close", model.program_model)
 
     def close(
@@ -190,10 +194,13 @@ class Closure:
     def _close_one_given(self, motion: GivenMotion, near: ClosedState | None) -> ClosedState:
         given = motion.names
         start = None if near is None else near.s
-        model = self.model.program_model_from(given, start)
+        charts = np.array(self.model.tree.charts, dtype=float)
+        if near is not None:
+            charts = self.charts.of(near)
+        model = self.model.program_model_from(given, start, charts)
         if start is None:
             start = self.start
-        signs = matching_signs(model, start)
+        signs = matching_signs(model, start, charts)
         solver = self._solver_of(f"close {given}", model)
         here, _ = solver.at(start, signs)
         begin = Start(here["s"], here["R"])
@@ -204,7 +211,7 @@ class Closure:
         inputs |= {"branch": signs, "guess": closed["s"]}
         key = f"accelerations {given}"
         moving, _ = self.kernels.run(key, programs.ACCELERATIONS, inputs, model)
-        state = self._state_at(closed["s"], closed["ds"])
+        state = self._state_at(closed["s"], closed["ds"], charts)
         return replace(state, dds=moving["dds"])
 
     def closed_state(
@@ -254,6 +261,13 @@ class Closure:
                 state = self._states.build(u, du, frozen(signs), values, codes)
                 modes.append(AssemblyMode(names, replace(state, branch=names)))
         return AssemblyModes(modes, *search.verdict())
+
+    def close_on(self, u: Array, du: Array, signs: Array, near: ClosedState | None) -> ClosedState:
+        """Close on given signs, those of the blocks and the charts of ball and free joints."""
+        if near is not None:
+            return self.close(u, du, near=near)
+        values, codes = self._solver.close(u, du, signs, None)
+        return self._states.build(u, du, signs, values, codes)
 
     def owns(self, state: ClosedState) -> bool:
         """Whether a state has this robot's coordinates and loops."""
@@ -363,12 +377,12 @@ class Closure:
 
     # -- results
 
-    def _state_at(self, s: Array, ds: Array) -> ClosedState:
+    def _state_at(self, s: Array, ds: Array, charts: Array) -> ClosedState:
         """The closed state of all coordinates s (n_s,) and rates, on the modes they are on."""
         n = len(self.model.active)
         u = s[:n].copy()
         du = ds[:n].copy()
-        signs = frozen(matching_signs(self.model.program_model, s))
+        signs = frozen(matching_signs(self.model.program_model, s, charts))
         values, codes = self._run_closure(u, du, signs, s)
         return self._states.build(u, du, signs, values, codes)
 

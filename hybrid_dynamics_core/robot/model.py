@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -235,35 +235,43 @@ class RobotModel:
         idle = tuple(self.active.index(name) for name in self.idle)
         return Model(self.tree, self.plan, idle)
 
-    def program_model_from(self, given: tuple[str, ...], near: Array | None = None) -> Model:
+    def program_model_from(
+        self, given: tuple[str, ...], near: Array | None = None, charts: Array | None = None
+    ) -> Model:
         """The same with other given coordinates.
 
         Args:
             given: n names of `coordinates`.
             near: a closed configuration (n_s,) [rad, m]. It is tried where the given coordinates
                 do not determine the other ones at the reference.
+            charts: of ball and free joints there; those of the reference if None.
 
         Raises:
             InputError: a name is unknown, or these coordinates do not determine the other ones.
         """
         if given not in self._models_by_given:
-            self._models_by_given[given] = Model(self.tree, self._plan_near(given, near))
+            self._models_by_given[given] = Model(self.tree, self._plan_near(given, near, charts))
         return self._models_by_given[given]
 
-    def _plan_near(self, given: tuple[str, ...], near: Array | None) -> ClosurePlan:
+    def _plan_near(
+        self, given: tuple[str, ...], near: Array | None, charts: Array | None
+    ) -> ClosurePlan:
         """The plan at the reference, or else at a configuration `near`."""
         try:
-            return self._plan_from(given, self.reference_s)
+            return self._plan_from(given, self.reference_s, self.tree)
         except InputError:
             if near is None:
                 raise
-        return self._plan_from(given, near)
+        tree = self.tree
+        if charts is not None:
+            tree = replace(tree, charts=tuple(charts.tolist()))
+        return self._plan_from(given, near, tree)
 
     @lazy
     def _models_by_given(self) -> dict[tuple[str, ...], Model]:
         return {}
 
-    def _plan_from(self, given: tuple[str, ...], s: Array) -> ClosurePlan:
+    def _plan_from(self, given: tuple[str, ...], s: Array, tree: Tree) -> ClosurePlan:
         for name in given:
             if name not in self.coordinates:
                 raise InputError(no_such_name("coordinate", name, self.coordinates))
@@ -277,7 +285,7 @@ class RobotModel:
         indices = [self.coordinates.index(name) for name in given]
         near = dict(enumerate(s.tolist()))
         try:
-            return build_plan(self.tree, self.description, indices, near)
+            return build_plan(tree, self.description, indices, near)
         except DescriptionError as error:
             raise InputError(f"{names} cannot be given together: {error.problem}") from error
 

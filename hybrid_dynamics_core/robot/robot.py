@@ -23,6 +23,7 @@ from .closure import Closure
 from .compiled_calls import RobotKernels
 from .delegate import delegate
 from .dynamics import Dynamics
+from .joint_poses import JointPoses
 from .kernel_store import KernelStore
 from .kinematics import Kinematics
 from .model import RobotModel
@@ -45,6 +46,7 @@ class Robot:
         self._kinematics = Kinematics(self._model, self._kernels, self._closure)
         self._dynamics = Dynamics(self._model, self._kernels, self._closure)
         self._actuation = Actuation(self._model, self._closure)
+        self._joint_poses = JointPoses(self._model, self._closure)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
         """A robot is its description: what is pickled or copied is made anew from it."""
@@ -190,6 +192,14 @@ class Robot:
         The assembly mode of such a loop is that of the state from which it is followed.
         """
         return self._model.follows
+
+    # -- ball and free joints
+
+    close_at_poses = delegate("_joint_poses", JointPoses.close_at_poses)
+    joint_pose = delegate("_joint_poses", JointPoses.joint_pose)
+    joint_twist = delegate("_joint_poses", JointPoses.joint_twist)
+    recentred = delegate("_joint_poses", JointPoses.recentred)
+    twist_map = delegate("_joint_poses", JointPoses.twist_map)
 
     # -- kinematics
 

@@ -119,7 +119,8 @@ class StateBuilder:
     def _modes_of(self, signs: Array) -> list[str]:
         """The mode of each block."""
         modes = []
-        for block, sign in zip(self._model.plan.blocks, signs, strict=True):
+        of_blocks, _ = self._model.plan.split(signs.tolist())
+        for block, sign in zip(self._model.plan.blocks, of_blocks, strict=True):
             mode = 0 if sign > 0 else 1
             modes.append(block.modes[mode])
         return modes

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from ...algebra.scalar import Scalar, Scalars, sqrt
 from ...algebra.vector import Vector, add, cross, dot, matvec, scale, sub, transposed_matvec
 from ...mechanism.configuration import Configuration
+from ...mechanism.joint_transform import zero_rotation
 from ...mechanism.tree import Body
 from ..constraints.equations import Equation
 from ..constraints.leg import Direction, Distance
@@ -131,7 +132,8 @@ class UniversalJointBlock(BlockSolver):
         gap = sub(self.direction.target.at(configuration).end, before.end)
         leg = sub(after.end, pivot.centre)
         # at q1 = 0
-        wanted = transposed_matvec(pivot.first.rotation, transposed_matvec(before.rotation, gap))
+        zero = zero_rotation(pivot.first, configuration)
+        wanted = transposed_matvec(zero, transposed_matvec(before.rotation, gap))
         axis = pivot.first.axis
         k1, k2 = self.unknowns
         height = dot(axis, wanted)

@@ -34,6 +34,7 @@ class NewtonBlock(BlockSolver):
             parameters.append(configuration.q[k])
             if self._revolute[k]:
                 parameters += [configuration.c[k], configuration.s[k]]
+        parameters += configuration.charts
         start = [guess[k] for k in self.unknowns]
         *values, iterations = newton(self.residuals_and_jacobian, start, parameters)
         for k, value in zip(self.unknowns, values, strict=True):
@@ -63,6 +64,7 @@ class NewtonBlock(BlockSolver):
             if self._revolute[k]:
                 configuration.c[k] = next(remaining)
                 configuration.s[k] = next(remaining)
+        configuration.charts = tuple(remaining)
         for k, value in zip(self.unknowns, unknowns, strict=True):
             configuration.set_value(k, value, revolute=self._revolute[k])
         return configuration

@@ -63,7 +63,7 @@ def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
     for k, (first, second) in enumerate(pairwise(chain.bodies)):
         if not {first.coordinate, second.coordinate} <= only:
             continue
-        if not (first.is_revolute and second.is_revolute):
+        if not (first.is_revolute and second.is_revolute) or second.chart is not None:
             continue
         meeting = _meeting_point(first, second)
         if meeting is not None:

@@ -6,6 +6,7 @@ from ..document import Document
 from .dh_chain import expand_chain
 from .legs import expand_legs
 from .modules import expand_modules
+from .multi_dof import expand_multi_dof
 
 
 def expand_short_forms(document: Document) -> None:
@@ -14,6 +15,7 @@ def expand_short_forms(document: Document) -> None:
     expand_modules(document)
     expand_legs(document)
     _expand_loops(document)
+    expand_multi_dof(document)
 
 
 def _expand_loops(document: Document) -> None:

@@ -1,0 +1,124 @@
+"""Two charts that together cover all orientations of a ball or free joint.
+
+Three turns about x, y and z in a row, R = C Rx(a) Ry(b) Rz(c), are singular at b = +-pi/2. The
+chart +1 has C = E, the chart -1 has C = Rz(pi/2). With n the third column of R, sin b is n_x in the
+first and n_y in the second chart. So in one of them |b| is at most pi/4, wherever the joint stands.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.arrays import Array
+from .scalar import Scalar, Scalars, cos, sin
+from .vector import Rotation, Vector, add, scale
+
+LEAVE: Final = 1.0  # [rad] |b| beyond which the other chart is taken; there |b| is below 0.58
+FIRST: Final = 1.0
+SECOND: Final = -1.0
+
+
+def chart_rotation(chart: Scalar) -> Rotation:
+    """C (3, 3) of a chart, +1 or -1."""
+    cosine = 0.5 + 0.5 * chart
+    sine = 0.5 - 0.5 * chart
+    return (cosine, -sine, 0.0), (sine, cosine, 0.0), (0.0, 0.0, 1.0)
+
+
+def angular_velocity(angles: Scalars, rates: Scalars) -> Vector:
+    """Angular velocity (3,) of three turns, in the frame that they carry [rad/s].
+
+    Args:
+        angles: a, b, c [rad].
+        rates: a', b', c' [rad/s].
+    """
+    columns = rate_columns(angles)
+    omega: Vector = (0.0, 0.0, 0.0)
+    for column, rate in zip(columns, rates, strict=True):
+        omega = add(omega, scale(rate, column))
+    return omega
+
+
+def rate_columns(angles: Scalars) -> tuple[Vector, Vector, Vector]:
+    """Columns of E in omega = E (a', b', c'): axes of the turns, in the frame that they carry."""
+    _, b, c = angles
+    cos_b, sin_b, cos_c, sin_c = cos(b), sin(b), cos(c), sin(c)
+    return (cos_b * cos_c, -cos_b * sin_c, sin_b), (sin_c, cos_c, 0.0), (0.0, 0.0, 1.0)
+
+
+def rate_bias(angles: Scalars, rates: Scalars) -> Vector:
+    """E' (a', b', c'): the angular acceleration (3,) with a'', b'', c'' zero [rad/s^2]."""
+    _, b, c = angles
+    da, db, dc = rates
+    cos_b, sin_b, cos_c, sin_c = cos(b), sin(b), cos(c), sin(c)
+    along_x = -da * db * sin_b * cos_c - da * dc * cos_b * sin_c + db * dc * cos_c
+    along_y = da * db * sin_b * sin_c - da * dc * cos_b * cos_c - db * dc * sin_c
+    return along_x, along_y, da * db * cos_b
+
+
+def rotation_of(angles: Array, charts: Array) -> Array:
+    """R (..., 3, 3) of angles (..., 3) [rad] in charts (...)."""
+    (ca, cb, cc), (sa, sb, sc) = (np.moveaxis(f(angles), -1, 0) for f in (np.cos, np.sin))
+    turned = _stacked(
+        (cb * cc, -cb * sc, sb),
+        (ca * sc + sa * sb * cc, ca * cc - sa * sb * sc, -sa * cb),
+        (sa * sc - ca * sb * cc, sa * cc + ca * sb * sc, ca * cb),
+    )
+    return np.where(_in_first(charts), turned, _quarter_turned(turned, 1.0))
+
+
+def angles_of(rotation: Array, charts: Array) -> Array:
+    """Angles (..., 3) [rad] of R (..., 3, 3) in charts (...), |b| at most pi/2."""
+    matrix = np.where(_in_first(charts), rotation, _quarter_turned(rotation, -1.0))
+    a = np.arctan2(-matrix[..., 1, 2], matrix[..., 2, 2])
+    b = np.arctan2(matrix[..., 0, 2], np.hypot(matrix[..., 0, 0], matrix[..., 0, 1]))
+    c = np.arctan2(-matrix[..., 0, 1], matrix[..., 0, 0])
+    return np.stack([a, b, c], axis=-1)
+
+
+def better_chart(rotation: Array) -> Array:
+    """The chart (...) in which R (..., 3, 3) is farther from singular."""
+    first, second = np.abs(rotation[..., 0, 2]), np.abs(rotation[..., 1, 2])
+    return np.where(first <= second, FIRST, SECOND)
+
+
+def rate_matrix(angles: Array) -> Array:
+    """E (..., 3, 3) in omega = E (a', b', c'), omega in the frame that the turns carry."""
+    _, b, c = np.moveaxis(angles, -1, 0)
+    zero, one = np.zeros_like(b), np.ones_like(b)
+    return _stacked(
+        (np.cos(b) * np.cos(c), np.sin(c), zero),
+        (-np.cos(b) * np.sin(c), np.cos(c), zero),
+        (np.sin(b), zero, one),
+    )
+
+
+def in_other_chart(angles: Array, rates: Array, before: Array, after: Array) -> tuple[Array, Array]:
+    """Angles (..., 3) [rad] and rates [rad/s] in charts (...) as those in other charts (...).
+
+    Where both charts are the same, they keep their values to the last bit.
+    """
+    turned = angles_of(rotation_of(angles, before), after)
+    omega = rate_matrix(angles) @ rates[..., None]
+    turned_rates = np.linalg.solve(rate_matrix(turned), omega)[..., 0]
+    same = (before == after)[..., None]
+    return np.where(same, angles, turned), np.where(same, rates, turned_rates)
+
+
+def _in_first(charts: Array) -> NDArray[np.bool_]:
+    mask: NDArray[np.bool_] = np.asarray(charts)[..., None, None] > 0.0
+    return mask
+
+
+def _quarter_turned(matrix: Array, sense: float) -> Array:
+    """Rz(+-pi/2) times a matrix (..., 3, 3)."""
+    x, y, z = np.moveaxis(matrix, -2, 0)
+    return np.stack([-sense * y, sense * x, z], axis=-2)
+
+
+def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
+    """A matrix (..., 3, 3) of its entries (...)."""
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
