@@ -7,14 +7,14 @@ first and n_y in the second chart. So in one of them |b| is at most pi/4, wherev
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.arrays import Array
-from .scalar import Scalar, Scalars, cos, sin
-from .vector import Rotation, Vector, add, scale
+from .scalar import Scalar, Scalars
+from .vector import Rotation, Vector
 
 LEAVE: Final = 1.0  # [rad] |b| beyond which the other chart is taken; there |b| is below 0.58
 FIRST: Final = 1.0
@@ -28,35 +28,43 @@ def chart_rotation(chart: Scalar) -> Rotation:
     return (cosine, -sine, 0.0), (sine, cosine, 0.0), (0.0, 0.0, 1.0)
 
 
-def angular_velocity(angles: Scalars, rates: Scalars) -> Vector:
-    """Angular velocity (3,) of three turns, in the frame that they carry [rad/s].
+class Turns(NamedTuple):
+    """Cosines and sines of the second and third of three turns, scalars of any kind."""
 
-    Args:
-        angles: a, b, c [rad].
-        rates: a', b', c' [rad/s].
-    """
-    columns = rate_columns(angles)
-    omega: Vector = (0.0, 0.0, 0.0)
-    for column, rate in zip(columns, rates, strict=True):
-        omega = add(omega, scale(rate, column))
-    return omega
+    cos_b: Scalar
+    sin_b: Scalar
+    cos_c: Scalar
+    sin_c: Scalar
+
+    def axes(self) -> tuple[Vector, Vector, Vector]:
+        """Columns of E in omega = E (a', b', c'): axes of the turns, in the frame they carry."""
+        return (
+            (self.cos_b * self.cos_c, -self.cos_b * self.sin_c, self.sin_b),
+            (self.sin_c, self.cos_c, 0.0),
+            (0.0, 0.0, 1.0),
+        )
+
+    def bias(self, first: Scalars, second: Scalars) -> Vector:
+        """The symmetric bilinear form of which E' (a', b', c') is the value at twice the rates.
+
+        Args:
+            first: rates (3,) [rad/s].
+            second: rates (3,) [rad/s]; with both the same it is the angular acceleration (3,)
+                where a'', b'' and c'' are zero [rad/s^2].
+        """
+        ab = _mixed(first, second, 0, 1)
+        ac = _mixed(first, second, 0, 2)
+        bc = _mixed(first, second, 1, 2)
+        return (
+            bc * self.cos_c - ab * (self.sin_b * self.cos_c) - ac * (self.cos_b * self.sin_c),
+            ab * (self.sin_b * self.sin_c) - ac * (self.cos_b * self.cos_c) - bc * self.sin_c,
+            ab * self.cos_b,
+        )
 
 
-def rate_columns(angles: Scalars) -> tuple[Vector, Vector, Vector]:
-    """Columns of E in omega = E (a', b', c'): axes of the turns, in the frame that they carry."""
-    _, b, c = angles
-    cos_b, sin_b, cos_c, sin_c = cos(b), sin(b), cos(c), sin(c)
-    return (cos_b * cos_c, -cos_b * sin_c, sin_b), (sin_c, cos_c, 0.0), (0.0, 0.0, 1.0)
-
-
-def rate_bias(angles: Scalars, rates: Scalars) -> Vector:
-    """E' (a', b', c'): the angular acceleration (3,) with a'', b'', c'' zero [rad/s^2]."""
-    _, b, c = angles
-    da, db, dc = rates
-    cos_b, sin_b, cos_c, sin_c = cos(b), sin(b), cos(c), sin(c)
-    along_x = -da * db * sin_b * cos_c - da * dc * cos_b * sin_c + db * dc * cos_c
-    along_y = da * db * sin_b * sin_c - da * dc * cos_b * cos_c - db * dc * sin_c
-    return along_x, along_y, da * db * cos_b
+def _mixed(first: Scalars, second: Scalars, i: int, k: int) -> Scalar:
+    """Half of x_i y_k + y_i x_k: the product of two rates, polarised."""
+    return 0.5 * (first[i] * second[k] + second[i] * first[k])
 
 
 def rotation_of(angles: Array, charts: Array) -> Array:

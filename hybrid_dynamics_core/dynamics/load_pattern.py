@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from ..algebra.scalar import Scalar, Scalars, sqrt
 from ..algebra.vector import ZERO3, Rotation, Vector, add, cross, transposed_matvec
 from ..mechanism.configuration import Configuration
+from ..mechanism.joint_velocity import forces_along, joint_bias, joint_velocities
 from ..mechanism.tree import Body, Tree
 from .spanning import TreeDynamics, Wrench, total
 
@@ -123,19 +124,35 @@ class LoadedTree:
     def inertial_forces(self, dds: Scalars) -> list[Scalar]:
         """M(s) s'', rotors included."""
         still = [0.0] * len(dds)
-        return self.with_rotors(self.tree.inverse_dynamics(ZERO3, still, dds), dds)
+        return self.with_rotors(self.tree.inverse_dynamics(ZERO3, still, dds), dds, still, still)
 
-    def with_rotors(self, forces: Scalars, dds: Scalars) -> list[Scalar]:
-        """Forces along s with what the rotors take for s''."""
-        return [force + self._rotor(k, dds[k]) for k, force in enumerate(forces)]
+    def with_rotors(
+        self, forces: Scalars, dds: Scalars, ds: Scalars, other: Scalars
+    ) -> list[Scalar]:
+        """Forces along s with what the rotors take.
+
+        Args:
+            forces: along s (n_s,).
+            dds: s''.
+            ds: s', of which ball and free joints have a bilinear term.
+            other: the other rates in that term; s' too, but for the columns of a matrix.
+        """
+        if not self.pattern.drives:
+            return list(forces)
+        accelerations = self._joint_accelerations(dds, ds, other)
+        rotors = [self._rotor(k, value) for k, value in enumerate(accelerations)]
+        return list(add(forces, self._along(rotors)))
 
     def with_joint_effects(self, forces: Scalars, ds: Scalars, dds: Scalars) -> list[Scalar]:
         """Forces along s with what friction, rotors and springs take."""
+        velocities = joint_velocities(self.tree.tree, self.configuration, ds)
+        accelerations = self._joint_accelerations(dds, ds, ds)
+        effects: list[Scalar] = []
+        for k, (velocity, value) in enumerate(zip(velocities, accelerations, strict=True)):
+            effects.append(self._friction(k, velocity) + self._rotor(k, value))
         result: list[Scalar] = []
-        for k, force in enumerate(forces):
-            friction = self._friction(k, ds[k])
-            rotor = self._rotor(k, dds[k])
-            result.append(force + friction + rotor + self._spring(k))
+        for k, (force, effect) in enumerate(zip(forces, self._along(effects), strict=True)):
+            result.append(force + effect + self._spring(k))
         return result
 
     def passive_forces(self, ds: Scalars) -> list[Scalar]:
@@ -150,13 +167,16 @@ class LoadedTree:
         """Those that take energy out of the robot, or bring it in: friction and wrenches."""
         nothing: list[Wrench] = [(ZERO3, ZERO3) for _ in self.tree.tree.bodies]
         forces = self.tree.along_joints(self.tree.transmitted(nothing, self.applied))
-        return [force + self._friction(k, ds[k]) for k, force in enumerate(forces)]
+        velocities = joint_velocities(self.tree.tree, self.configuration, ds)
+        friction = [self._friction(k, velocity) for k, velocity in enumerate(velocities)]
+        return list(add(forces, self._along(friction)))
 
     def rotor_energy(self, ds: Scalars) -> Scalar:
         """Kinetic energy of the rotors."""
         energy: Scalar = 0.0
-        for armature, rate in zip(self.values.armature, ds, strict=False):
-            energy = energy + 0.5 * armature * rate * rate
+        velocities = joint_velocities(self.tree.tree, self.configuration, ds)
+        for armature, velocity in zip(self.values.armature, velocities, strict=False):
+            energy = energy + 0.5 * armature * velocity * velocity
         return energy
 
     def spring_energy(self) -> Scalar:
@@ -167,6 +187,18 @@ class LoadedTree:
             stretch = self.configuration.q[k] - values.rest[k]
             energy = energy + stretch * (0.5 * stiffness * stretch + values.preload[k])
         return energy
+
+    def _joint_accelerations(self, dds: Scalars, ds: Scalars, other: Scalars) -> list[Scalar]:
+        """What the rotors feel: s'', of ball and free joints the angular acceleration."""
+        tree = self.tree.tree
+        accelerations = joint_velocities(tree, self.configuration, dds)
+        if not tree.turns:
+            return accelerations
+        return list(add(accelerations, joint_bias(tree, self.configuration, ds, other)))
+
+    def _along(self, forces: Scalars) -> list[Scalar]:
+        """Forces along s of forces along joint velocities."""
+        return forces_along(self.tree.tree, self.configuration, forces)
 
     def _friction(self, k: int, rate: Scalar) -> Scalar:
         """b q' + f sign(q'), the sign made smooth."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..algebra.charts import angles_of, better_chart, rate_bias, rate_matrix, rotation_of
+from ..algebra.charts import Turns, angles_of, better_chart, rate_matrix, rotation_of
 from ..description.model import RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree
@@ -80,7 +80,9 @@ class FreelyTurning:
     def drift(self, s: Array, ds: Array, charts: Array) -> Array:
         """V' q' (..., k): what the twist changes by with q'' = 0."""
         angles, rates = s[..., self.turns], ds[..., self.turns]
-        bias = rate_bias(list(np.moveaxis(angles, -1, 0)), list(np.moveaxis(rates, -1, 0)))
+        _, b, c = np.moveaxis(angles, -1, 0)
+        columns = list(np.moveaxis(rates, -1, 0))
+        bias = Turns(np.cos(b), np.sin(b), np.cos(c), np.sin(c)).bias(columns, columns)
         angular = np.stack(np.broadcast_arrays(*bias), axis=-1) @ self.frame.T
         if not self.slides:
             return angular

@@ -109,7 +109,8 @@ def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
         ds = dynamics.ds
         still: list[Scalar] = [0.0] * dynamics.motion.size
         drift = dynamics.drift()
-        bias = dynamics.loaded.with_rotors(tree.inverse_dynamics(ZERO3, ds, drift), drift)
+        inertial = tree.inverse_dynamics(ZERO3, ds, drift)
+        bias = dynamics.loaded.with_rotors(inertial, drift, ds, ds)
         gravity = tree.inverse_dynamics(dynamics.gravity, still, still)
         outputs = {
             "M": dynamics.mass_matrix(),

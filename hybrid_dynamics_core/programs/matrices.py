@@ -45,7 +45,8 @@ def coriolis_matrix(pattern: LoadPattern = NOTHING) -> Program:
         columns: Matrix = []
         for column, rate in zip(columns_of(dynamics.motion), rates, strict=True):
             forces = tree_forces(dynamics.tree, dynamics.ds, column, rate)
-            columns.append(dynamics.project(dynamics.loaded.with_rotors(forces, rate)))
+            forces = dynamics.loaded.with_rotors(forces, rate, dynamics.ds, column)
+            columns.append(dynamics.project(forces))
         outputs = {"C": transposed(columns), "dR": transposed(rates)}
         return Results(outputs, dynamics.checks)
 
@@ -95,7 +96,7 @@ def _mass_matrix(dynamics: Dynamics) -> Matrix:
     columns: Matrix = []
     for unit in unit_vectors(dynamics.motion.size):
         forces = tree_forces(dynamics.tree, still, still, unit)
-        columns.append(dynamics.loaded.with_rotors(forces, unit))
+        columns.append(dynamics.loaded.with_rotors(forces, unit, still, still))
     return transposed(columns)
 
 
@@ -104,7 +105,8 @@ def _coriolis_matrix(dynamics: Dynamics) -> Matrix:
     still: list[Scalar] = [0.0] * dynamics.motion.size
     columns: Matrix = []
     for unit in unit_vectors(dynamics.motion.size):
-        columns.append(tree_forces(dynamics.tree, dynamics.ds, unit, still))
+        forces = tree_forces(dynamics.tree, dynamics.ds, unit, still)
+        columns.append(dynamics.loaded.with_rotors(forces, still, dynamics.ds, unit))
     return transposed(columns)
 
 

@@ -12,6 +12,7 @@ from ..dynamics.load_pattern import smooth_sign
 from ..dynamics.parameters import Parameters
 from ..dynamics.spanning import BodyMotion, Wrench
 from ..kernels.trace import Results
+from ..mechanism.joint_velocity import joint_bias, joint_velocities
 from .dynamics import Dynamics, columns_of
 from .model import AT_ACCELERATION, Inputs, Model, Program
 
@@ -47,13 +48,32 @@ def regressor(parameters: Parameters) -> Program:
             twists_of_body = [twist[body] for twist in twists]
             wrenches = unit_wrenches(motions[body])
             columns += [_powers(twists_of_body, wrench) for wrench in wrenches]
-        for kind, joint in parameters.joints:
-            k = model.tree.coordinates.index(joint)
-            along = _UNIT_FORCES[kind](ds[k], dds[k], x.smoothing[k])
-            columns.append([direction[k] * along for direction in directions])
+        if parameters.joints:
+            columns += _joint_columns(model, x, parameters, dynamics)
         return Results({"Y": transposed(columns)}, dynamics.checks)
 
     return Program((*AT_ACCELERATION, "smoothing"), run)
+
+
+def _joint_columns(
+    model: Model, x: Inputs, parameters: Parameters, dynamics: Dynamics
+) -> list[list[Scalar]]:
+    """The columns of friction and rotors."""
+    tree, configuration, ds = model.tree, dynamics.motion.configuration, dynamics.ds
+    dds = dynamics.motion.accelerations(x.ddu, ds)
+    velocities = joint_velocities(tree, configuration, ds)
+    accelerations = list(joint_velocities(tree, configuration, dds))
+    if tree.turns:
+        accelerations = list(add(accelerations, joint_bias(tree, configuration, ds, ds)))
+    directions = [
+        joint_velocities(tree, configuration, column) for column in columns_of(dynamics.motion)
+    ]
+    columns: list[list[Scalar]] = []
+    for kind, joint in parameters.joints:
+        k = tree.coordinates.index(joint)
+        along = _UNIT_FORCES[kind](velocities[k], accelerations[k], x.smoothing[k])
+        columns.append([direction[k] * along for direction in directions])
+    return columns
 
 
 # of a joint's rate, acceleration and smoothing

@@ -262,10 +262,8 @@ class Closure:
                 modes.append(AssemblyMode(names, replace(state, branch=names)))
         return AssemblyModes(modes, *search.verdict())
 
-    def close_on(self, u: Array, du: Array, signs: Array, near: ClosedState | None) -> ClosedState:
+    def close_on(self, u: Array, du: Array, signs: Array) -> ClosedState:
         """Close on given signs, those of the blocks and the charts of ball and free joints."""
-        if near is not None:
-            return self.close(u, du, near=near)
         values, codes = self._solver.close(u, du, signs, None)
         return self._states.build(u, du, signs, values, codes)
 

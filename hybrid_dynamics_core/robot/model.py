@@ -87,6 +87,11 @@ class RobotModel:
         return MappingProxyType({name: joints[name].type for name in self.coordinates})
 
     @lazy
+    def middle_turns(self) -> list[int]:
+        """Places in s of the second turn of each ball or free joint: regular within +-pi/2."""
+        return [middle for _, middle, _ in self.tree.turns]
+
+    @lazy
     def frames(self) -> tuple[str, ...]:
         """Names of the frames and links whose pose is known."""
         names = (*self.description.frames, *self.description.links)

@@ -201,6 +201,11 @@ class Robot:
     recentred = delegate("_joint_poses", JointPoses.recentred)
     twist_map = delegate("_joint_poses", JointPoses.twist_map)
 
+    @property
+    def middle_turns(self) -> list[int]:
+        """Places in s of the second turn of each ball or free joint: regular within +-pi/2."""
+        return self._model.middle_turns
+
     # -- kinematics
 
     forward_kinematics = delegate("_kinematics", Kinematics.forward_kinematics)

@@ -168,6 +168,8 @@ class _Run:
             self.bound.relax()
             self.steps += 1
             self._accept(step)
+            if self._recentre():
+                solver = self._solver(solver.t, end)
             progress.update(solver.t - self.span[0])
 
     def _solver(self, begin: float, end: float) -> OdeSolver:
@@ -242,6 +244,18 @@ class _Run:
             return
         self.motion = self.robot.motion_near(self.anchor, self.settings.loads)
 
+    def _recentre(self) -> bool:
+        """Go on in other charts of ball and free joints where one is near its end."""
+        if self.done or not self.robot.middle_turns:
+            return False
+        recentred = self.robot.recentred(self.anchor)
+        if recentred is self.anchor:
+            return False
+        self.anchor = recentred
+        self.y = np.concatenate([recentred.u, recentred.du, self.y[-1:]])
+        self.motion = self.robot.motion_near(recentred, self.settings.loads)
+        return True
+
     def _watch_step(self, step: Step) -> float:
         """Report the events of a step; its end, or the time of the event that stops it."""
         ignored: list[int] = []
@@ -304,7 +318,10 @@ class _Run:
         n = len(self.anchor.u)
         s = np.array([sample.near.s for sample in self.samples])
         R = np.array([sample.near.R for sample in self.samples])
-        near = replace(self.samples[0].near, s=s, R=R)
+        signs = np.array([sample.near.signs for sample in self.samples])
+        if (signs == signs[0]).all():
+            signs = self.samples[0].near.signs
+        near = replace(self.samples[0].near, s=s, R=R, signs=signs)
         u, du = y[:, :n], y[:, n : 2 * n]
         return self.robot.close(u, du, near=near)
 

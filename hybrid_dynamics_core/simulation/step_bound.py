@@ -9,6 +9,8 @@ from ..ground.arrays import Array
 from ..robot.robot import Robot
 
 LONGEST = 1.0  # [rad] that an angle goes in a step, as far as its rate tells before
+ROOM = 0.5  # share of the way to where its chart is singular that a ball joint goes in a step
+SINGULAR_CHART = 0.5 * np.pi  # [rad] of the middle one of three turns
 DOUBT = 0.5 * np.pi  # [rad] off the prediction that the equations of motion follow loops by
 APART = 0.1  # [rad] between places of a step that are looked at
 MOST = 64  # places more than the least
@@ -25,6 +27,7 @@ class StepBound:
     def __init__(self, robot: Robot, max_step: float) -> None:
         is_angle = [robot.joint_types[name] == "revolute" for name in robot.coordinates]
         self._angles = np.flatnonzero(is_angle)
+        self._middle_turns = robot.middle_turns
         self._max_step = max_step
         self._shortened = np.inf
 
@@ -34,8 +37,12 @@ class StepBound:
         fastest = float(rates.max(initial=0.0))
         allowed = min(self._max_step, self._shortened)
         if fastest * allowed > LONGEST:
-            return LONGEST / fastest
-        return allowed
+            allowed = LONGEST / fastest
+        for k in self._middle_turns:
+            room = ROOM * (SINGULAR_CHART - abs(state.s[k]))
+            if abs(state.ds[k]) * allowed > room:
+                allowed = room / abs(state.ds[k])
+        return float(allowed)
 
     def more_places(self, start: ClosedState, y: Array) -> int:
         """How many more places of a step are looked at.
@@ -50,7 +57,12 @@ class StepBound:
         return int(min(way / APART, MOST)) if np.isfinite(way) else MOST
 
     def is_too_long(self, start: ClosedState, states: ClosedState) -> bool:
-        """Whether some angle of a step leaves the prediction from its start by a quarter turn."""
+        """Whether some angle of a step leaves the prediction from its start by a quarter turn.
+
+        Or a ball joint came to the end of its chart.
+        """
+        if (np.abs(states.s[:, self._middle_turns]) > SINGULAR_CHART).any():
+            return True
         predicted = start.s + (states.u - start.u) @ start.R.T
         off = np.abs(states.s - predicted)[:, self._angles]
         return bool((np.nan_to_num(off) > DOUBT).any())

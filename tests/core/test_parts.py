@@ -15,11 +15,21 @@ from hybrid_dynamics_core.robot.actuation import Actuation
 from hybrid_dynamics_core.robot.closure import Closure
 from hybrid_dynamics_core.robot.compiled_calls import RobotKernels
 from hybrid_dynamics_core.robot.dynamics import Dynamics
+from hybrid_dynamics_core.robot.joint_poses import JointPoses
 from hybrid_dynamics_core.robot.kernel_store import KernelStore
 from hybrid_dynamics_core.robot.kinematics import Kinematics
 from hybrid_dynamics_core.robot.model import RobotModel
 
-PARTS = (RobotModel, KernelStore, Closure, Kinematics, Dynamics, Actuation, RobotKernels)
+PARTS = (
+    RobotModel,
+    KernelStore,
+    Closure,
+    Kinematics,
+    JointPoses,
+    Dynamics,
+    Actuation,
+    RobotKernels,
+)
 U = np.array([0.3, 0.15, 0.175, 0.4])
 DU = np.array([0.1, 0.02, -0.03, 0.2])
 DDU = np.array([0.5, -0.1, 0.2, 0.3])

@@ -21,8 +21,11 @@ from ..values import ValueReader
 FLOATING = "floating_base"  # name of the joint under a floating base
 WORLD = "world"  # name of the link under it
 
-_OWN_KEYS = ("axis2", "pitch", "each")
-_ALONG = ("friction", "drive", "spring", "limits", "effort_limit", "velocity_limit", "power_limit")
+_SPECIAL_KEYS = ("axis2", "pitch", "each")
+# what acts along the components of an angular velocity as along any coordinate
+_OF_ANGULAR_VELOCITY = ("friction", "drive")
+_LIMITS = ("limits", "effort_limit", "velocity_limit", "power_limit")
+_ALONG = (*_OF_ANGULAR_VELOCITY, "spring", *_LIMITS)
 
 
 class _Row(NamedTuple):
@@ -80,11 +83,11 @@ def _add_floating_base(document: Document) -> None:
 def _check_keys(document: Document, name: str, entry: Data) -> None:
     """Raise for a key that a joint of this type does not have."""
     allowed = {"universal": ("axis2", "each"), "screw": ("pitch",)}
-    own: Sequence[str] = allowed.get(entry["type"], ())
+    special: Sequence[str] = allowed.get(entry["type"], ())
     if entry["type"] in _ROWS and entry["type"] != "screw":
-        own = (*own, "each")
-    for key in _OWN_KEYS:
-        if key in entry and key not in own:
+        special = (*special, "each")
+    for key in _SPECIAL_KEYS:
+        if key in entry and key not in special:
             raise document.error(("joints", name, key), f"a {entry['type']} joint has no {key}")
 
 
@@ -116,7 +119,10 @@ class _Expansion:
             joint = {"type": row.type, "parent": parent, "child": child}
             joint |= self._pose(k) | self._along(self.joints[k])
             written = ("joints", self.joints[k])
-            document.add(written, joint, self.path, scope)
+            if written == self.path:  # the angle of a screw has the name of the joint
+                document.section("joints")[self.name] = joint
+            else:
+                document.add(written, joint, self.path, scope)
             parent = child
         multi_dof = MultiDofJoint(
             self.name, self.type, self.entry["parent"], self.entry["child"], self.joints
@@ -161,25 +167,45 @@ class _Expansion:
     def _refuse_along(self) -> None:
         """Raise for limits and the like that no single coordinate has."""
         for key in _ALONG:
-            if key in self.entry and self.type != "screw":
+            if key in self.entry and key not in self._for_all():
                 names = ", ".join(self.joints)
                 raise self.document.error(
                     (*self.path, key),
                     f"a {self.type} joint has several coordinates; write {key} under"
                     f" `each: {{{self.joints[0]}: ...}}` (its coordinates: {names})",
                 )
-        for name in self.entry.get("each", {}):
+        for name, entry in self.entry.get("each", {}).items():
+            path: KeyPath = (*self.path, "each", name)
             if name not in self.joints:
-                problem = no_such_name("coordinate", name, self.joints)
-                raise self.document.error((*self.path, "each", name), problem)
+                raise self.document.error(path, no_such_name("coordinate", name, self.joints))
+            if self.rows[self.joints.index(name)] in _TURNS:
+                self._refuse_along_turn(entry, path)
+
+    def _refuse_along_turn(self, entry: Data, path: KeyPath) -> None:
+        for key in entry:
+            if key not in _OF_ANGULAR_VELOCITY:
+                raise self.document.error(
+                    (*path, key),
+                    f"a {self.type} joint has no {key} along one of its three angles;"
+                    " friction and drive act along components of its angular velocity",
+                )
+
+    def _for_all(self) -> Sequence[str]:
+        """The keys that count for every coordinate of the joint, or for its only free one."""
+        if self.type == "screw":
+            return _ALONG
+        if self.type in ("ball", "free"):
+            return _OF_ANGULAR_VELOCITY
+        return ()
 
     def _along(self, joint: str) -> Data:
         """Limits, friction and the like of one coordinate."""
-        along: Data = dict(self.entry.get("each", {}).get(joint, {}))
+        for_all = {key: self.entry[key] for key in self._for_all() if key in self.entry}
         if self.type != "screw":
-            return along
+            each: Data = self.entry.get("each", {}).get(joint, {})
+            return for_all | each
         if joint == self.name:
-            return {key: self.entry[key] for key in _ALONG if key in self.entry}
+            return for_all
         pitch = self.values.number(self.entry["pitch"], (*self.path, "pitch"))
         if pitch == 0.0:
             problem = "is 0 m a turn, so nothing slides; make the joint revolute"

@@ -1,0 +1,53 @@
+"""Velocities of joints in which ball and free joints have their angular velocity.
+
+The rates of three turns are no velocity that friction or a rotor could feel. Here they become the
+angular velocity of the child relative to its parent, in the axes that the turns carry; forces along
+its components become forces along the coordinates. All other joints keep their rates.
+"""
+
+from __future__ import annotations
+
+from ..algebra.charts import Turns
+from ..algebra.scalar import Scalar, Scalars
+from ..algebra.vector import ZERO3, add, dot, scale
+from .configuration import Configuration
+from .tree import Tree
+
+
+def joint_velocities(tree: Tree, configuration: Configuration, rates: Scalars) -> list[Scalar]:
+    """Rates along s (n_s,), those of three turns as angular velocity."""
+    result = list(rates)
+    for places in tree.turns:
+        omega = ZERO3
+        for axis, k in zip(_turns(configuration, places).axes(), places, strict=True):
+            omega = add(omega, scale(rates[k], axis))
+        for k, component in zip(places, omega, strict=True):
+            result[k] = component
+    return result
+
+
+def joint_bias(
+    tree: Tree, configuration: Configuration, first: Scalars, second: Scalars
+) -> list[Scalar]:
+    """What `joint_velocities` changes by with s'' = 0 (n_s,), as a bilinear form of two rates."""
+    result: list[Scalar] = [0.0] * len(first)
+    for places in tree.turns:
+        pair = [[rates[k] for k in places] for rates in (first, second)]
+        for k, value in zip(places, _turns(configuration, places).bias(*pair), strict=True):
+            result[k] = value
+    return result
+
+
+def forces_along(tree: Tree, configuration: Configuration, forces: Scalars) -> list[Scalar]:
+    """Forces along s (n_s,) of forces along the components of `joint_velocities`."""
+    result = list(forces)
+    for places in tree.turns:
+        moment = tuple(forces[k] for k in places)
+        for axis, k in zip(_turns(configuration, places).axes(), places, strict=True):
+            result[k] = dot(axis, moment)
+    return result
+
+
+def _turns(configuration: Configuration, places: tuple[int, int, int]) -> Turns:
+    _, b, c = places
+    return Turns(configuration.c[b], configuration.s[b], configuration.c[c], configuration.s[c])

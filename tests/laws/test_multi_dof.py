@@ -1,0 +1,364 @@
+"""Joints of several freedoms: equal to engines that have quaternions, wherever they stand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from hybrid_dynamics_core import DescriptionError, InputError, Robot
+from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.kinematics.pose import Pose
+from hybrid_dynamics_core.simulation import Settings, simulate
+from tests.sampling import examples
+
+ROUNDING = 1e-11  # of numbers of about 10, through solves with the map of rates
+BALL, FREE, KNEE = "hip", "floating_base", "knee"
+
+
+def robot_of(**entries: Any) -> Robot:
+    data = {"format": 1, "name": "robot", "end_effector": {"link": "l2"}, **entries}
+    return Robot(parse_description(yaml.safe_dump(data)))
+
+
+def body(mass: float) -> dict[str, Any]:
+    inertia = {"xx": 0.02 * mass, "yy": 0.03 * mass, "zz": 0.014 * mass, "xy": 0.002 * mass}
+    return {"mass": mass, "com": [0.1, 0.05, -0.2], "inertia": inertia}
+
+
+def two_links(first: dict[str, Any], **entries: Any) -> Robot:
+    """A joint of any type, then a hinge."""
+    return robot_of(
+        links={"l1": body(2.0), "l2": body(0.5)},
+        joints={
+            BALL: {"parent": "base", "child": "l1", **first},
+            KNEE: {
+                "type": "revolute",
+                "parent": "l1",
+                "child": "l2",
+                "origin": {"xyz": [0, 0.1, -0.4]},
+                "axis": [0.6, 0.8, 0],
+            },
+        },
+        **entries,
+    )
+
+
+ORIGIN = {"xyz": [0.1, 0.2, 0.3], "rpy": [0.4, -0.5, 1.2]}
+
+
+def ball_robot(**entries: Any) -> Robot:
+    return two_links({"type": "ball", "origin": ORIGIN, **entries}, active=[BALL, KNEE])
+
+
+def floating_robot(**entries: Any) -> Robot:
+    """A floating link with another on a hinge."""
+    return robot_of(
+        floating=True,
+        base="l1",
+        links={"l1": body(2.0), "l2": body(0.5)},
+        joints={
+            KNEE: {
+                "type": "revolute",
+                "parent": "l1",
+                "child": "l2",
+                "origin": {"xyz": [0, 0.1, -0.4]},
+                "axis": [0.6, 0.8, 0],
+            }
+        },
+        active=[KNEE],
+        **entries,
+    )
+
+
+def in_pinocchio(robot: Robot, joint: Any, placement: pin.SE3) -> pin.Model:
+    """The two links in Pinocchio, the first on a native joint."""
+    model = pin.Model()
+    model.gravity.linear = np.array(robot.description.gravity)
+    hinge = pin.JointModelRevoluteUnaligned(np.array([0.6, 0.8, 0.0]))
+    at_knee = pin.SE3(np.eye(3), np.array([0, 0.1, -0.4]))
+    for name, kind, place in (("l1", joint, placement), ("l2", hinge, at_knee)):
+        link = robot.description.links[name]
+        index = model.addJoint(model.njoints - 1, kind, place, name)
+        inertia = pin.Inertia(link.mass, np.array(link.com), np.array(link.inertia))
+        model.appendBodyToJoint(index, inertia, pin.SE3.Identity())
+    return model
+
+
+def random_pose(rng: np.random.Generator) -> Pose:
+    return Pose(rng.normal(size=3), Rotation.random(random_state=rng).as_matrix())
+
+
+@given(st.integers(0, 10_000))
+@examples(80)
+@pytest.mark.parametrize("axis", ["z", [0.3, -0.5, 0.81]])
+def test_a_ball_joint_is_pinocchios_at_every_orientation(axis: Any, seed: int) -> None:
+    robot = ball_robot(axis=axis)
+    rng = np.random.default_rng(seed)
+    placement = pin.SE3(pin.rpy.rpyToMatrix(np.array(ORIGIN["rpy"])), np.array(ORIGIN["xyz"]))
+    model = in_pinocchio(robot, pin.JointModelSpherical(), placement)
+    data = model.createData()
+    pose, v, dv = random_pose(rng), rng.normal(size=4), rng.normal(size=4)
+    q = rng.normal()
+    state = robot.close_at_poses({BALL: pose}, {BALL: v[:3]}, u=[0, 0, 0, q], du=[0, 0, 0, v[3]])
+    quaternion = Rotation.from_matrix(pose.rotation).as_quat()
+    expected = pin.rnea(model, data, np.r_[quaternion, q], v, dv)
+    twists = robot.twist_map(state)
+    tau = robot.inverse_dynamics(state, twists.rate_accelerations(dv))
+    assert twists.velocity(state.du) == pytest.approx(v, abs=ROUNDING)
+    assert twists.wrenches(tau) == pytest.approx(expected, abs=ROUNDING)
+    assert twists.efforts(expected) == pytest.approx(tau, abs=ROUNDING)
+    mass = twists.mass_matrix(robot.minimal_form(state)[0])
+    assert mass == pytest.approx(pin.crba(model, data, np.r_[quaternion, q]), abs=ROUNDING)
+    back = twists.acceleration(robot.forward_dynamics(state, tau))
+    assert back == pytest.approx(dv, abs=1e-9)
+
+
+@given(st.integers(0, 10_000))
+@examples(80)
+def test_a_floating_base_is_pinocchios_free_flyer(seed: int) -> None:
+    robot = floating_robot()
+    rng = np.random.default_rng(seed)
+    model = in_pinocchio(robot, pin.JointModelFreeFlyer(), pin.SE3.Identity())
+    data = model.createData()
+    pose, v, dv = random_pose(rng), rng.normal(size=7), rng.normal(size=7)
+    q, dq = rng.normal(), v[0]
+    state = robot.close_at_poses({FREE: pose}, {FREE: v[1:]}, u=[q, *[0] * 6], du=[dq, *[0] * 6])
+    there = np.r_[pose.position, Rotation.from_matrix(pose.rotation).as_quat(), q]
+    expected = pin.rnea(model, data, there, np.r_[v[1:], dq], np.r_[dv[1:], dv[0]])
+    twists = robot.twist_map(state)
+    tau = robot.inverse_dynamics(state, twists.rate_accelerations(dv))
+    assert twists.wrenches(tau) == pytest.approx(np.r_[expected[6], expected[:6]], abs=ROUNDING)
+    assert robot.joint_twist(state, FREE) == pytest.approx(v[1:], abs=ROUNDING)
+    assert robot.forward_kinematics(state, "l1").rotation == pytest.approx(pose.rotation)
+    assert robot.forward_kinematics(state, "l1").position == pytest.approx(pose.position)
+
+
+@given(st.integers(0, 10_000))
+@examples(40)
+def test_both_charts_give_the_same_answers(seed: int) -> None:
+    robot = floating_robot()
+    rng = np.random.default_rng(seed)
+    pose, v, dv = random_pose(rng), rng.normal(size=6), rng.normal(size=7)
+    state = robot.close_at_poses({FREE: pose}, {FREE: v}, du=rng.normal(size=7))
+    other = robot.recentred(state, leave=0.0)
+    assert (other.signs == -state.signs).all()
+    far = 1.0 / np.cos(other.s[robot.middle_turns[0]])  # condition of the map there
+    first, second = (robot.twist_map(one) for one in (state, other))
+    answers = []
+    for one, twists in ((state, first), (other, second)):
+        tau = robot.inverse_dynamics(one, twists.rate_accelerations(dv))
+        answers.append(
+            [
+                robot.joint_pose(one, FREE).matrix.ravel(),
+                robot.joint_twist(one, FREE),
+                robot.forward_kinematics(one).matrix.ravel(),
+                twists.wrenches(tau),
+                twists.mass_matrix(robot.minimal_form(one)[0]).ravel(),
+            ]
+        )
+    for one, two in zip(*answers, strict=True):
+        assert one == pytest.approx(two, abs=ROUNDING * far**2)
+    assert robot.recentred(state) is state
+
+
+def test_a_batch_has_charts_of_its_rows() -> None:
+    robot = floating_robot()
+    rng = np.random.default_rng(3)
+    poses = [random_pose(rng) for _ in range(12)]
+    states = [robot.close_at_poses({FREE: pose}, {FREE: rng.normal(size=6)}) for pose in poses]
+    batch = type(states[0]).joined(states)
+    assert len(np.unique(batch.signs[:, -1])) == 2
+    tau = robot.inverse_dynamics(batch, np.ones((12, 7)))
+    wrenches = robot.twist_map(batch).wrenches(tau)
+    for k, state in enumerate(states):
+        one = robot.inverse_dynamics(state, np.ones(7))
+        assert tau[k] == pytest.approx(one, abs=ROUNDING)
+        assert wrenches[k] == pytest.approx(robot.twist_map(state).wrenches(one), abs=ROUNDING)
+        assert robot.joint_pose(batch, FREE).rotation[k] == pytest.approx(poses[k].rotation)
+    assert (robot.recentred(batch, 0.0).signs[:, -1] == -batch.signs[:, -1]).all()
+
+
+MJCF = """
+<mujoco><option gravity="0 0 -9.81"/><worldbody><body name="l1">
+<joint name="hip" type="ball" armature="0.3" damping="0.7"/>
+<inertial pos="0.1 0.05 -0.2" mass="2" fullinertia="0.04 0.06 0.028 0.004 0 0"/>
+<body name="l2" pos="0 0.1 -0.4"><joint name="knee" axis="0.6 0.8 0"/>
+<inertial pos="0.1 0.05 -0.2" mass="0.5" fullinertia="0.01 0.015 0.007 0.001 0 0"/>
+</body></body></worldbody></mujoco>"""
+
+
+@given(st.integers(0, 10_000))
+@examples(40)
+def test_armature_and_damping_of_a_ball_are_mujocos(seed: int) -> None:
+    robot = two_links(
+        {"type": "ball", "drive": {"rotor_inertia": 0.3}, "friction": {"viscous": 0.7}},
+        active=[BALL, KNEE],
+    )
+    rng = np.random.default_rng(seed)
+    pose, v, dv = random_pose(rng), rng.normal(size=4), rng.normal(size=4)
+    q = rng.normal()
+    state = robot.close_at_poses({BALL: pose}, {BALL: v[:3]}, u=[0, 0, 0, q], du=[0, 0, 0, v[3]])
+    model = mujoco.MjModel.from_xml_string(MJCF)
+    data = mujoco.MjData(model)
+    x, y, z, w = Rotation.from_matrix(pose.rotation).as_quat()
+    data.qpos[:], data.qvel[:], data.qacc[:] = [w, x, y, z, q], v, dv
+    mujoco.mj_inverse(model, data)
+    twists = robot.twist_map(state)
+    tau = robot.inverse_dynamics(state, twists.rate_accelerations(dv))
+    assert twists.wrenches(tau) == pytest.approx(data.qfrc_inverse, abs=ROUNDING)
+
+
+def test_terms_of_armature_and_damping_agree_with_each_other() -> None:
+    """M-bar, C-bar, energy, regressor and derivatives see what inverse dynamics sees."""
+    robot = two_links(
+        {"type": "ball", "drive": {"rotor_inertia": 0.3}, "friction": {"viscous": 0.7}},
+        active=[BALL, KNEE],
+    )
+    rng = np.random.default_rng(1)
+    u, du, ddu = [0.4, 0.5, -0.3, 0.2], rng.normal(size=4), rng.normal(size=4)
+    state = robot.close(u, du)
+    tau = robot.inverse_dynamics(state, ddu)
+    mass, bias, gravity = robot.minimal_form(state)
+    passive = robot.passive_forces(state)
+    assert mass @ ddu + bias + gravity + passive == pytest.approx(tau, abs=ROUNDING)
+    assert robot.coriolis_matrix(state) @ du == pytest.approx(bias, abs=ROUNDING)
+    assert robot.energy(state).kinetic == pytest.approx(0.5 * du @ mass @ du)
+    terms = robot.spanning_terms(state, ddu)
+    assert np.abs(terms.M - mass).max() < ROUNDING
+    assert terms.C @ du == pytest.approx(bias, abs=ROUNDING)
+    assert robot.forward_dynamics(state, tau) == pytest.approx(ddu, abs=1e-9)
+    step = 1e-6
+    derivatives = robot.inverse_dynamics_derivatives(state, ddu)
+    for k, unit in enumerate(np.eye(4)):
+        ahead, behind = (
+            robot.inverse_dynamics(robot.close(u + sign * step * unit, du), ddu)
+            for sign in (1.0, -1.0)
+        )
+        numeric = (ahead - behind) / (2.0 * step)
+        assert derivatives[0][:, k] == pytest.approx(numeric, abs=1e-7)
+
+
+TYPES = {
+    "universal": {"axis": "x", "axis2": [0, 0.6, 0.8]},
+    "cylindrical": {"axis": [0, 0.6, 0.8]},
+    "planar": {"axis": [0, 0.6, 0.8]},
+    "screw": {"axis": "y", "pitch": 0.01},
+}
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_other_types_are_their_joints_in_a_row(kind: str) -> None:
+    robot = two_links({"type": kind, "origin": ORIGIN, **TYPES[kind]}, active=[BALL, KNEE])
+    rng = np.random.default_rng(0)
+    n = len(robot.active)
+    assert n == (2 if kind == "screw" else 3 if kind != "planar" else 4)
+    joint = robot.description.multi_dof[BALL]
+    assert (joint.type, joint.parent, joint.child) == (kind, "base", "l1")
+    u = rng.normal(size=n)
+    pose = robot.forward_kinematics(robot.close(u), "l1")
+    place = Rotation.from_euler("xyz", ORIGIN["rpy"]).as_matrix()
+    rotation = place.T @ pose.rotation
+    position = place.T @ (pose.position - ORIGIN["xyz"])
+    axis = np.array([0, 0.6, 0.8])
+    if kind == "universal":
+        expected = Rotation.from_rotvec([u[0], 0, 0]) * Rotation.from_rotvec(u[1] * axis)
+        assert position == pytest.approx([0, 0, 0], abs=1e-14)
+    elif kind == "cylindrical":
+        expected = Rotation.from_rotvec(u[0] * axis)
+        assert position == pytest.approx(u[1] * axis)
+    elif kind == "planar":
+        expected = Rotation.from_rotvec(u[2] * axis)
+        assert position @ axis == pytest.approx(0.0, abs=1e-14)
+        assert np.linalg.norm(position) == pytest.approx(np.hypot(u[0], u[1]))
+    else:
+        expected = Rotation.from_rotvec([0, u[0], 0])
+        assert position == pytest.approx([0, 0.01 * u[0] / (2 * np.pi), 0])
+    assert rotation == pytest.approx(expected.as_matrix(), abs=1e-14)
+
+
+@pytest.mark.parametrize("spin", [[0.3, 4.0, 0.2], [1.0, -2.0, 6.0]])
+def test_a_tumbling_body_keeps_momentum_and_energy_through_changes_of_charts(
+    spin: list[float],
+) -> None:
+    robot = floating_robot(gravity=[0, 0, 0])
+    twist = [0.1, 0.2, 0.3, *spin]
+    start = robot.close_at_poses(
+        {FREE: Pose(np.zeros(3), np.eye(3))}, {FREE: twist}, du=[1.0, *[0] * 6]
+    )
+    motion = simulate(
+        robot, start, t_span=(0.0, 3.0), settings=Settings(rate=20, rtol=1e-12, atol=1e-12)
+    )
+    assert motion.completed
+    assert len(np.unique(motion.state.signs[:, -1])) == 2
+    momenta = np.array([momentum(robot, motion.state.rows(k)) for k in range(len(motion.t))])
+    assert np.abs(momenta - momenta[0]).max() < 1e-9
+    assert np.ptp(motion.energy.kinetic) < 1e-9 * motion.energy.kinetic[0]
+
+
+def momentum(robot: Robot, state: Any) -> np.ndarray:
+    """Linear and angular momentum (6,) about the origin of the world, body by body."""
+    total = np.zeros(6)
+    for name in ("l1", "l2"):
+        link = robot.description.links[name]
+        pose = robot.forward_kinematics(state, name)
+        velocity = robot.jacobian(state, name) @ state.du
+        arm = pose.rotation @ link.com
+        linear = link.mass * (velocity[:3] + np.cross(velocity[3:], arm))
+        inertia = pose.rotation @ link.inertia @ pose.rotation.T
+        angular = np.cross(pose.position + arm, linear) + inertia @ velocity[3:]
+        total += np.r_[linear, angular]
+    return total
+
+
+def test_a_reference_may_be_an_orientation_anywhere() -> None:
+    quaternion = [0.0, 0.5**0.5, 0.0, 0.5**0.5]  # pi/2 about y: singular in one chart
+    robot = two_links(
+        {"type": "ball", "origin": ORIGIN},
+        active=[BALL, KNEE],
+        reference={BALL: {"quat": quaternion}, KNEE: 0.3},
+    )
+    state = robot.close(robot.reference)
+    there = Rotation.from_quat(quaternion).as_matrix()
+    assert robot.joint_pose(state, BALL).rotation == pytest.approx(there, abs=1e-14)
+    assert abs(state.u[1]) < 0.8
+    assert robot.kernels.inverse_dynamics(state.u, state.du, np.ones(4)) == pytest.approx(
+        robot.inverse_dynamics(state, np.ones(4))
+    )
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ({"type": "ball", "limits": [-1, 1]}, "write limits under"),
+        ({"type": "ball", "axis2": "x"}, "a ball joint has no axis2"),
+        ({"type": "ball", "each": {"hip_x": {}}}, "no coordinate 'hip_x'"),
+        ({"type": "ball", "each": {"hip_rx": {"spring": {"stiffness": 1}}}}, "no spring along"),
+        ({"type": "screw", "axis": "x", "pitch": 0}, "make the joint revolute"),
+        ({"type": "universal", "axis": "x"}, "missing 'axis2'"),
+        ({"type": "revolute", "axis": "x", "pitch": 1}, "a revolute joint has no pitch"),
+    ],
+)
+def test_what_a_joint_cannot_have_is_refused(entry: dict[str, Any], words: str) -> None:
+    with pytest.raises(DescriptionError, match=words):
+        two_links(entry, active=[BALL, KNEE])
+
+
+def test_wrong_poses_and_names_are_refused() -> None:
+    robot = ball_robot()
+    pose = Pose(np.zeros(3), np.eye(3))
+    with pytest.raises(InputError, match="no ball or free joint 'hop'"):
+        robot.close_at_poses({"hop": pose})
+    with pytest.raises(InputError, match="expected 3 finite numbers"):
+        robot.close_at_poses({BALL: pose}, {BALL: [1, 2]})
+    with pytest.raises(InputError, match="'knee' has no pose"):
+        robot.close_at_poses({BALL: pose}, {KNEE: [1, 2, 3]})
+    with pytest.raises(InputError, match="orthonormal"):
+        robot.close_at_poses({BALL: Pose(np.zeros(3), 2 * np.eye(3))})
