@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -96,11 +95,28 @@ class Closure:
         du = self._rates(u, du, rows)
         start = self._start_at(near, rows)
         signs = self._signs_for(near, branch)
+        if self.charts.change_in_loops and branch is None:
+            return self.charts.close(self._close, u, du, check, near)
+        return self._close(u, du, check, near, signs, start)
+
+    def _close(
+        self,
+        u: Array,
+        du: Array,
+        check: bool,
+        near: ClosedState | None,
+        signs: Array | None = None,
+        start: Start | None = None,
+    ) -> ClosedState:
+        """Close at checked arguments."""
+        if signs is None:
+            signs = self._signs_for(near, None)
+            start = self._start_at(near, len(u) if u.ndim == 2 else -1)
         values, codes = self._solver.close(u, du, signs, start)
         state = self._states.build(u, du, signs, values, codes, check)
         if near is None:
             return state
-        return replace(state, branch=self._branch_after(near, state))
+        return self._states.on_modes_of(near, state)
 
     def close_path(
         self,
@@ -131,11 +147,13 @@ class Closure:
         du = self._rates(u, du, len(u))
         start = self._start_at(near, -1)
         signs = self._signs_for(near, None)
+        if self.charts.change_in_loops:
+            return self.charts.close_path(self._close, u, du, near)
         values, codes = self._solver.path(u, du, signs, start)
         state = self._states.build(u, du, signs, values, codes)
         if near is None:
             return state
-        return replace(state, branch=self._branch_after(near, state))
+        return self._states.on_modes_of(near, state)
 
     def follow_turns(self, state: ClosedState, before: ArrayLike) -> ClosedState:
         """States that were closed one by one, as one motion: passive angles go on without a jump.
@@ -383,18 +401,3 @@ class Closure:
         signs = frozen(matching_signs(self.model.program_model, s, charts))
         values, codes = self._run_closure(u, du, signs, s)
         return self._states.build(u, du, signs, values, codes)
-
-    def _branch_after(
-        self,
-        near: ClosedState,
-        state: ClosedState,
-    ) -> Mapping[str, str]:
-        """Names of the modes after a motion from `near`.
-
-        Loops without a closed form are on the mode they came from.
-        """
-        branch = dict(state.branch)
-        for block in self.model.plan.blocks:
-            if block.iterates and block.name in near.branch:
-                branch[block.name] = near.branch[block.name]
-        return MappingProxyType(branch)

@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ..algebra.charts import LEAVE, angles_of, rotation_of
 from ..closed_state.assembly_modes import mode_names
 from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
 from ..closure.plan import ClosurePlan, build_plan
@@ -46,14 +47,11 @@ class RobotModel:
         Raises:
             DescriptionError: the loops do not close, or do not fit the active joints.
         """
-        description = snapped(description)
-        tree = build_tree(description)
-        if description.active_set != "motors":
-            return _exact_model(description, tree)
-        mobility = find_mobility(tree, description)
-        description, tree = with_mobility(mobility)
-        plan = build_plan(tree, description)
-        return RobotModel(description, tree, plan, mobility.dependent)
+        model = _model(snapped(description))
+        recentred = _in_better_charts(model)
+        if recentred is None:
+            return model
+        return replace(_model(recentred), dependent_motors=model.dependent_motors)
 
     @property
     def name(self) -> str:
@@ -293,6 +291,38 @@ class RobotModel:
             return build_plan(tree, self.description, indices, near)
         except DescriptionError as error:
             raise InputError(f"{names} cannot be given together: {error.problem}") from error
+
+
+def _model(description: RobotDescription) -> RobotModel:
+    """The model of a description without loops that are off their plane by rounding."""
+    tree = build_tree(description)
+    if description.active_set != "motors":
+        return _exact_model(description, tree)
+    mobility = find_mobility(tree, description)
+    description, tree = with_mobility(mobility)
+    plan = build_plan(tree, description)
+    return RobotModel(description, tree, plan, mobility.dependent)
+
+
+def _in_better_charts(model: RobotModel) -> RobotDescription | None:
+    """The description with ball joints that are far from singular at the reference.
+
+    None where they are: the charts of the description are good.
+    """
+    reference = model.reference_s.copy()
+    charts = dict(model.description.charts)
+    for joint, turns, chart in zip(
+        model.description.freely_turning, model.tree.turns, model.tree.charts, strict=True
+    ):
+        angles = reference[list(turns)]
+        if abs(angles[1]) > LEAVE:
+            charts[joint.name] = -chart
+            rotation = rotation_of(angles, np.array(chart))
+            reference[list(turns)] = angles_of(rotation, np.array(-chart))
+    if charts == dict(model.description.charts):
+        return None
+    values = dict(zip(model.coordinates, reference.tolist(), strict=True))
+    return replace(model.description, charts=charts, reference=values)
 
 
 def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:

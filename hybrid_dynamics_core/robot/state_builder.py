@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -87,6 +89,17 @@ class StateBuilder:
             iterations=iterations,
             passive_angles=self._passive_angles,
         )
+
+    def on_modes_of(self, near: ClosedState, state: ClosedState) -> ClosedState:
+        """A state after a motion from `near`.
+
+        Loops without a closed form are on the mode they came from.
+        """
+        branch = dict(state.branch)
+        for block in self._model.plan.blocks:
+            if block.iterates and block.name in near.branch:
+                branch[block.name] = near.branch[block.name]
+        return replace(state, branch=MappingProxyType(branch))
 
     def _mark_failures(
         self,

@@ -362,3 +362,53 @@ def test_wrong_poses_and_names_are_refused() -> None:
         robot.close_at_poses({BALL: pose}, {KNEE: [1, 2, 3]})
     with pytest.raises(InputError, match="orthonormal"):
         robot.close_at_poses({BALL: Pose(np.zeros(3), 2 * np.eye(3))})
+
+
+def crank_and_rocker(rpy: list[float]) -> Robot:
+    """An RSSR linkage whose rod hangs on the crank by a ball joint and spins idly."""
+    return robot_of(
+        links={"crank": body(1.0), "rod": body(0.5), "l2": body(1.0)},
+        joints={
+            "q1": {"type": "revolute", "parent": "base", "child": "crank", "axis": "z"},
+            BALL: {
+                "type": "ball",
+                "parent": "crank",
+                "child": "rod",
+                "origin": {"xyz": [0.2, 0, 0], "rpy": rpy},
+            },
+            "q2": {
+                "type": "revolute",
+                "parent": "base",
+                "child": "l2",
+                "axis": "y",
+                "origin": {"xyz": [0.8, 0.1, 0.4]},
+            },
+        },
+        closures={"pin": {"kind": "point", "between": {"rod": [0, 0, 1.0], "l2": [0.5, 0, 0]}}},
+        active=["q1"],
+        idle=["hip_rz"],
+        reference={"q1": 0.3},
+    )
+
+
+def test_a_ball_in_a_loop_changes_its_chart_and_nothing_else() -> None:
+    """However its frame is drawn, the rod goes the same way, twice round with the crank."""
+    u = np.stack([np.linspace(0.3, 0.3 + 4.0 * np.pi, 60), np.zeros(60)], axis=1)
+    drawn = [[0.0, 0.0, 0.0], [0.4, 1.2, -2.0], [-1.7, 2.9, 0.6], [2.5, 0.3, 1.1]]
+    directions, rockers, signs = [], [], set()
+    for rpy in drawn:
+        robot = crank_and_rocker(rpy)
+        motion = robot.close_path(u)
+        signs |= set(np.unique(motion.signs[..., -1]))
+        middle = motion.s[:, robot.middle_turns[0]]
+        assert np.abs(middle).max() < 1.3
+        directions.append(robot.forward_kinematics(motion, "rod").rotation[..., 2])
+        rockers.append(motion.s[:, robot.coordinates.index("q2")])
+        jump = robot.close(u[-1], near=motion.rows(0))  # at once, from two turns before
+        assert robot.forward_kinematics(jump, "rod").rotation[..., 2] == pytest.approx(
+            directions[-1][-1], abs=1e-12
+        )
+    assert signs == {1.0, -1.0}
+    for direction, rocker in zip(directions, rockers, strict=True):
+        assert direction == pytest.approx(directions[0], abs=1e-12)
+        assert rocker == pytest.approx(rockers[0], abs=1e-12)
