@@ -19,6 +19,7 @@ from .vector import Rotation, Vector
 LEAVE: Final = 1.0  # [rad] |b| beyond which the other chart is taken; there |b| is below 0.58
 FIRST: Final = 1.0
 SECOND: Final = -1.0
+_SINGULAR: Final = 1e-12  # cosine of b below which two turns are about one axis
 
 
 def chart_rotation(chart: Scalar) -> Rotation:
@@ -81,9 +82,12 @@ def rotation_of(angles: Array, charts: Array) -> Array:
 def angles_of(rotation: Array, charts: Array) -> Array:
     """Angles (..., 3) [rad] of R (..., 3, 3) in charts (...), |b| at most pi/2."""
     matrix = np.where(_in_first(charts), rotation, _quarter_turned(rotation, -1.0))
+    cosine = np.hypot(matrix[..., 0, 0], matrix[..., 0, 1])
+    b = np.arctan2(matrix[..., 0, 2], cosine)
+    singular = cosine < _SINGULAR  # a and c turn about one axis: all of it is given to a
     a = np.arctan2(-matrix[..., 1, 2], matrix[..., 2, 2])
-    b = np.arctan2(matrix[..., 0, 2], np.hypot(matrix[..., 0, 0], matrix[..., 0, 1]))
-    c = np.arctan2(-matrix[..., 0, 1], matrix[..., 0, 0])
+    a = np.where(singular, np.arctan2(matrix[..., 2, 1], matrix[..., 1, 1]), a)
+    c = np.where(singular, 0.0, np.arctan2(-matrix[..., 0, 1], matrix[..., 0, 0]))
     return np.stack([a, b, c], axis=-1)
 
 

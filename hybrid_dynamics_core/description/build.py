@@ -33,6 +33,7 @@ from .rigid_body import TRIANGLE_SLACK
 from .values import ValueReader
 
 _SAME_PLACE = 1e-12  # [m and of unit vectors] rounding of one place that is written twice
+_SAME_TURN = 1e-9  # [of unit vectors] rounding of axes in files of other formats
 _NO_MULTIPLIER = "is 0, so the joint does not follow; make it a fixed joint, or leave this one out"
 _STANDARD_GRAVITY = [0, 0, -9.81]
 _ROUNDED_SLACK = 1e-3  # relative, of inertias that a drawing program printed with few digits
@@ -155,7 +156,22 @@ class _Builder:
         joints: dict[str, MultiDofJoint] = {}
         for name, joint in self.document.multi_dof.items():
             joints[name] = replace(joint, parent=self.attached.link(joint.parent))
+            self.require_turns(joints[name])
         return MappingProxyType(joints)
+
+    def require_turns(self, joint: MultiDofJoint) -> None:
+        """Raise where the turns of a ball or free joint are not about x, y and z of one frame."""
+        entries = section_entries(self.values, "joints")
+        for k, name in enumerate(joint.turns):
+            row = self.joint(name, entries[name])
+            direction = np.eye(3)[k]
+            if k == 2:  # the frame turns back to that of the child
+                direction = row.rotation.T @ direction
+            moved = k > 0 and row.translation.any()
+            turned = k == 1 and np.abs(row.rotation - np.eye(3)).max() > _SAME_PLACE
+            if moved or turned or np.abs(row.axis - direction).max() > _SAME_TURN:
+                problem = f"is no turn about {'xyz'[k]}, as a {joint.type} joint has it"
+                raise self.document.error(("joints", name), problem)
 
     def joint(self, name: str, entry: Entry) -> Joint:
         joint_type = entry["type"]

@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from ..algebra.charts import FIRST, angles_of, rotation_of
 from ..errors import DescriptionError
 from ..ground.arrays import Array, Picklable, frozen
 from ..ground.suggestions import with_warnings
@@ -273,6 +274,19 @@ class RobotDescription(Picklable):
     def freely_turning(self) -> tuple[MultiDofJoint, ...]:
         """The joints that reach any orientation: ball and free joints."""
         return tuple(joint for joint in self.multi_dof.values() if joint.turns)
+
+    @property
+    def plain_reference(self) -> Mapping[str, float]:
+        """The reference with every ball and free joint in its first chart, as files have it."""
+        reference = dict(self.reference)
+        for joint in self.freely_turning:
+            chart = self.charts.get(joint.name, FIRST)
+            if chart != FIRST:
+                angles = np.array([reference.get(name, 0.0) for name in joint.turns])
+                rotation = rotation_of(angles, np.array(chart))
+                plain = angles_of(rotation, np.array(FIRST)).tolist()
+                reference.update(zip(joint.turns, plain, strict=True))
+        return reference
 
     @property
     def motors(self) -> tuple[str, ...]:

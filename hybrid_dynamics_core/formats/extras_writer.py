@@ -17,7 +17,15 @@ from ..description.actuators import HydraulicCylinder
 from ..description.document import Data
 from ..description.effects import SMOOTHING, JointEffect, Payload
 from ..description.followers import mimic_entry
-from ..description.model import Closure, Joint, Link, Loop, Mimic, RobotDescription
+from ..description.model import (
+    Closure,
+    Joint,
+    Link,
+    Loop,
+    Mimic,
+    MultiDofJoint,
+    RobotDescription,
+)
 
 _DESCRIPTIONS = {  # of the entries, in comments
     "gravity": "gravity",
@@ -31,6 +39,7 @@ _DESCRIPTIONS = {  # of the entries, in comments
     "payloads": "payloads as such",
     "actuators": "hydraulic cylinders",
     "reference": "the reference configuration",
+    "multi_dof": "joints of several freedoms",
     "zero": "zero places of joints",
 }
 
@@ -68,7 +77,8 @@ def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
     extras["end_effector"] = {"link": robot.end_effector}
     extras["payloads"] = _payload_entries(robot)
     extras["actuators"] = _cylinder_entries(robot)
-    extras["reference"] = dict(robot.reference)
+    extras["reference"] = dict(robot.plain_reference)
+    extras["multi_dof"] = {joint.name: _row_entry(joint) for joint in robot.multi_dof.values()}
     return without_empty(extras)
 
 
@@ -168,6 +178,10 @@ def _effect_entries(effect: JointEffect, features: Collection[Feature]) -> Data:
 def _mimic_feature(mimic: Mimic) -> Feature:
     """What a format has to say of a follower."""
     return Feature.MIMIC if len(mimic.multipliers) == 1 else Feature.MIMIC_OF_SEVERAL
+
+
+def _row_entry(joint: MultiDofJoint) -> Data:
+    return {"type": joint.type, "joints": list(joint.joints)}
 
 
 def _loop_entry(loop: Loop) -> Data:

@@ -381,13 +381,7 @@ class Closure:
 
         return ClosureSolver(model, run)
 
-    def _run_closure(
-        self,
-        u: Array,
-        du: Array,
-        signs: Array,
-        guess: Array,
-    ) -> ClosureResults:
+    def _run_closure(self, u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
         inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
         return self.kernels.run("close", programs.CLOSE, inputs)
 

@@ -191,7 +191,7 @@ def place_skeleton(robot: Robot, state: ClosedState) -> Skeleton:
     _check_state(robot, state)
     description = robot.description
     tree = build_tree(description)
-    poses = link_poses(tree, state.s)
+    poses = link_poses(tree, state)
     end_effector = description.end_effector
     tip = description.frames.get(end_effector, Frame(end_effector))
     named = {end_effector: tip, **description.frames}
@@ -222,17 +222,18 @@ def _check_state(robot: Robot, state: ClosedState) -> None:
         raise InputError("the state is not closed: it has coordinates that are not finite")
 
 
-def link_poses(tree: Tree, s: Array) -> dict[str, Pose]:
+def link_poses(tree: Tree, state: ClosedState) -> dict[str, Pose]:
     """Pose of every link in the base frame.
 
     Args:
         tree: the spanning tree.
-        s: all coordinates (n_s,) [rad or m].
+        state: one closed state.
 
     Returns:
         By link: rotation (3, 3) to base axes and origin (3,) [m].
     """
-    transforms = joint_transforms(tree, configuration_at(tree, s))
+    charts = state.signs[len(state.signs) - len(tree.charts) :]
+    transforms = joint_transforms(tree, configuration_at(tree, state.s, charts))
     poses: dict[str, Pose] = {tree.base: (np.eye(3), np.zeros(3))}
     for body, pose in zip(tree.bodies, poses_in_base(tree, transforms), strict=True):
         rotation, origin = pose

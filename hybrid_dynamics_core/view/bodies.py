@@ -123,7 +123,7 @@ class RobotShape:
 
     def poses(self, state: ClosedState) -> dict[str, Pose]:
         """Pose of every link in a closed state."""
-        return link_poses(self.tree, state.s)
+        return link_poses(self.tree, state)
 
 
 def robot_shape(robot: Robot, state: ClosedState) -> RobotShape:
@@ -143,7 +143,7 @@ def robot_shape(robot: Robot, state: ClosedState) -> RobotShape:
     projection = choose_projection(skeleton)
     marks = solid_marks(skeleton, groups, attached, projection, unit)
     marks += base_marks(skeleton, groups, attached[skeleton.base], unit)
-    builder = _ShapeBuilder(robot, skeleton, groups, unit, link_poses(tree, state.s))
+    builder = _ShapeBuilder(robot, skeleton, groups, unit, link_poses(tree, state))
     builder.add_marks(marks)
     builder.add_carriers(groups)
     anchors = {}

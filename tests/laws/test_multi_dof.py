@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -13,12 +14,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hybrid_dynamics_core import DescriptionError, InputError, Robot
+from hybrid_dynamics_core import DescriptionError, InputError, Robot, load
+from hybrid_dynamics_core.export import to_mjcf, to_sdf, to_urdf_plus, to_yaml
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kinematics.pose import Pose
+from hybrid_dynamics_core.scene.skeleton import link_poses
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.sampling import examples
 
+SUFFIXES = {to_yaml: ".yaml", to_mjcf: ".xml", to_sdf: ".sdf", to_urdf_plus: ".urdf"}
 ROUNDING = 1e-11  # of numbers of about 10, through solves with the map of rates
 BALL, FREE, KNEE = "hip", "floating_base", "knee"
 
@@ -412,3 +416,44 @@ def test_a_ball_in_a_loop_changes_its_chart_and_nothing_else() -> None:
     for direction, rocker in zip(directions, rockers, strict=True):
         assert direction == pytest.approx(directions[0], abs=1e-12)
         assert rocker == pytest.approx(rockers[0], abs=1e-12)
+
+
+@pytest.mark.parametrize("write", [to_yaml, to_mjcf, to_sdf, to_urdf_plus])
+def test_every_format_brings_the_joints_back(write: Any, tmp_path: Path) -> None:
+    quaternion = [0.0, 0.5**0.5, 0.0, 0.5**0.5]
+    first = {"type": "ball", "origin": ORIGIN, "axis": [0.3, -0.5, 0.81]}
+    robots = [
+        two_links(first, active=[BALL, KNEE], reference={BALL: {"quat": quaternion}}),
+        floating_robot(),
+        two_links({"type": "screw", **TYPES["screw"]}, active=[BALL, KNEE]),
+    ]
+    for robot in robots:
+        file = tmp_path / f"robot{SUFFIXES[write]}"
+        file.write_text(write(robot))
+        back = load(file)
+        assert back.description.multi_dof.keys() == robot.description.multi_dof.keys()
+        assert (back.active, back.idle) == (robot.active, robot.idle)
+        here, there = (one.close(one.reference) for one in (robot, back))
+        for link in ("l1", "l2"):
+            pose = robot.forward_kinematics(here, link).matrix
+            assert back.forward_kinematics(there, link).matrix == pytest.approx(pose, abs=1e-12)
+        for joint in robot.description.freely_turning:
+            pose = robot.joint_pose(here, joint.name).matrix
+            assert back.joint_pose(there, joint.name).matrix == pytest.approx(pose, abs=1e-12)
+
+
+def test_a_row_that_is_no_ball_joint_is_refused() -> None:
+    robot = two_links({"type": "universal", **TYPES["universal"]}, active=[BALL, KNEE])
+    text = to_yaml(robot).replace("type: universal", "type: ball")
+    with pytest.raises(DescriptionError, match="a ball joint is revolute, revolute, revolute"):
+        parse_description(text)
+
+
+def test_a_drawing_stands_where_the_state_does() -> None:
+    robot = floating_robot()
+    pose = random_pose(np.random.default_rng(5))
+    for leave in (0.0, 1.0):
+        state = robot.recentred(robot.close_at_poses({FREE: pose}), leave)
+        rotation, origin = link_poses(robot._model.tree, state)["l1"]
+        assert rotation == pytest.approx(pose.rotation, abs=1e-14)
+        assert origin == pytest.approx(pose.position, abs=1e-14)

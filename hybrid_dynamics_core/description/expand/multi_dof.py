@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from ...algebra.charts import angles_of, better_chart
@@ -59,6 +60,8 @@ def expand_multi_dof(document: Document) -> None:
         DescriptionError: a key belongs to another type, or an orientation fits no such joint.
     """
     _add_floating_base(document)
+    for name, entry in document.data.pop("multi_dof", {}).items():
+        document.multi_dof[name] = _joined(document, name, entry)
     for name, entry in list(document.entries("joints").items()):
         _check_keys(document, name, entry)
         if entry["type"] in _ROWS:
@@ -89,6 +92,28 @@ def _check_keys(document: Document, name: str, entry: Data) -> None:
     for key in _SPECIAL_KEYS:
         if key in entry and key not in special:
             raise document.error(("joints", name, key), f"a {entry['type']} joint has no {key}")
+
+
+def _joined(document: Document, name: str, entry: Data) -> MultiDofJoint:
+    """Joints that are written out in a row, as one joint."""
+    joints = document.entries("joints")
+    path: KeyPath = ("multi_dof", name, "joints")
+    rows = _ROWS[entry["type"]]
+    types: list[str] = []
+    for k, joint in enumerate(entry["joints"]):
+        if joint not in joints:
+            raise document.error((*path, k), no_such_name("joint", joint, list(joints)))
+        types.append(joints[joint]["type"])
+    if types != [row.type for row in rows]:
+        expected = ", ".join(row.type for row in rows)
+        problem = f"are {', '.join(types)}; a {entry['type']} joint is {expected}, in this order"
+        raise document.error(path, problem)
+    for before, after in pairwise(entry["joints"]):
+        if joints[after]["parent"] != joints[before]["child"]:
+            raise document.error(path, f"'{after}' does not stand on the child of '{before}'")
+    parent = joints[entry["joints"][0]]["parent"]
+    child = joints[entry["joints"][-1]]["child"]
+    return MultiDofJoint(name, entry["type"], parent, child, tuple(entry["joints"]))
 
 
 class _Expansion:

@@ -93,6 +93,7 @@ class _Writer:
             "payloads": self.payloads(),
             "actuators": self.by_joint("actuators"),
             "reference": self.by_joint("reference"),
+            "multi_dof": self.multi_dof(),
         }
         return entries | without_empty(others)
 
@@ -113,6 +114,14 @@ class _Writer:
         entries: Data = {}
         for name, entry in self.extras.get(section, {}).items():
             entries[self.names[name]] = entry
+        return entries
+
+    def multi_dof(self) -> Data:
+        """Joints of several freedoms, whose joints in a row are written out."""
+        entries: Data = {}
+        for name, joint in self.robot.multi_dof.items():
+            row = {"type": joint.type, "joints": self.names.list(list(joint.joints))}
+            entries[self.names[name]] = row
         return entries
 
     # -- links
