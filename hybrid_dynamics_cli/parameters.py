@@ -350,4 +350,4 @@ def options(*names: str, **others: str) -> Iterator[None]:
 
 def _file_options() -> AbstractContextManager[None]:
     """Make options of the arguments of `load`."""
-    return options(parameters="set", xacro_args="xacro-arg", search_path="search-path")
+    return options("model", parameters="set", xacro_args="xacro-arg", search_path="search-path")

@@ -16,6 +16,7 @@ _KEY: Final = "hybrid_dynamics_cli.robot_options"  # of the context's own notes
 _PARAMETERS: Final = "--set"
 _XACRO_ARGS: Final = "--xacro-arg"
 _SEARCH_PATH: Final = "--search-path"
+_MODEL: Final = "--model"
 
 
 def named_pairs(option: str, texts: tuple[str, ...], sign: str, example: str) -> dict[str, str]:
@@ -76,6 +77,7 @@ def with_robot_options(argument: Callable[[Command], Command]) -> Callable[[Comm
             "FOLDER",
             "Where the packages of a file are looked for; any number of times.",
         ),
+        _option(_MODEL, "NAME", "The robot in an SDFormat file of several."),
     )
 
     def decorate(command: Command) -> Command:
@@ -98,8 +100,11 @@ def with_options(name: str, context: click.Context | None) -> str:
     parameters = named_pairs(_PARAMETERS, given.get(_PARAMETERS, ()), "=", "L1=40*cm")
     arguments = named_pairs(_XACRO_ARGS, given.get(_XACRO_ARGS, ()), ":=", "prefix:=left_")
     folders = given.get(_SEARCH_PATH, ())
+    model = given.get(_MODEL, ("",))
+    if len(model) > 1:
+        raise click.BadParameter("is given twice", param_hint=_MODEL)
     try:
-        return RobotFile(name, file_options(parameters, arguments, folders))
+        return RobotFile(name, file_options(parameters, arguments, folders, model[0]))
     except InputError as error:
         raise click.BadParameter(str(error), ctx=context) from error
 

@@ -40,6 +40,7 @@ def load(
     parameters: Mapping[str, Parameter] | None = None,
     xacro_args: Mapping[str, object] | None = None,
     search_path: PathText | Iterable[PathText] = (),
+    model: str = "",
 ) -> Robot:
     """A robot from a shipped name such as "forging_chu2020", or from a description file.
 
@@ -53,6 +54,7 @@ def load(
             SI units, or expressions.
         xacro_args: arguments of a xacro file.
         search_path: folder, or folders, in which packages are looked for.
+        model: name of the robot in an SDFormat file of several; that of the world for all of them.
 
     Returns:
         The robot, with its loops analysed.
@@ -64,7 +66,7 @@ def load(
         NoDescriptionError: a path with nothing, or no robot description, at it. It is both of the
             errors above.
     """
-    options = file_options(parameters, xacro_args, search_path)
+    options = file_options(parameters, xacro_args, search_path, model)
     return Robot(_checked_description(_with_options(robot, options), strict))
 
 

@@ -14,6 +14,9 @@ from pathlib import Path
 from ..ground.regular_files import may_be_file, read_regular
 
 SCHEME = "package://"
+_MODEL_SCHEME = "model://"
+_MODEL_FILES = ("model.config", "model.sdf")  # one of them makes a folder a model of SDFormat
+_MODEL_FOLDERS = ("GZ_SIM_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH")
 _MANIFEST = "package.xml"
 _LARGEST_MANIFEST = 100_000  # bytes that are read
 _MAX_BESIDE = 2_000  # folders beside each other that are looked at
@@ -63,8 +66,30 @@ class Packages:
                 return folder
         raise PackageError(f"there is no package '{name}'; {self._searched()}")
 
+    def find_model(self, name: str) -> Path:
+        """The folder of a model of SDFormat, beside the file or around it; else a package.
+
+        Raises:
+            PackageError: there is none; with what was searched.
+        """
+        if not _VALID.fullmatch(name):
+            raise PackageError(f"'{name}' is no name of a model")
+        around = [self.folder, *self.folder.parents][:-1]  # the root of the disk is no place
+        listed: list[Path] = []
+        for variable in _MODEL_FOLDERS:
+            folders = os.environ.get(variable, "").split(os.pathsep)
+            listed.extend(Path(folder) for folder in folders if folder)
+        for folder in (*around, *listed, *self.search_path):
+            for place in (folder / name, folder / "models" / name):
+                if any(map(may_be_file, (place / file for file in _MODEL_FILES))):
+                    self._roots.add(place.resolve())
+                    return place
+        return self.find(name)
+
     def resolve(self, uri: str, folder: Path | None = None) -> Path:
         """The file of `package://PACKAGE/PATH`, `file://PATH`, or a path from a folder.
+
+        `model://NAME/PATH` is a file of a model of SDFormat.
 
         Args:
             uri: what the file says.
@@ -77,6 +102,9 @@ class Packages:
         if uri.startswith(SCHEME):
             name, _, inside = uri.removeprefix(SCHEME).partition("/")
             path = self.find(name) / inside
+        if uri.startswith(_MODEL_SCHEME):
+            name, _, inside = uri.removeprefix(_MODEL_SCHEME).partition("/")
+            path = self.find_model(name) / inside
         path = (folder or self.folder) / path
         self.require(path)
         return path

@@ -28,9 +28,14 @@ from .urdf.reader import expand_urdf
 from .xacro.expand import expand_xacro, is_xacro_name
 from .xml.located_xml import LocatedElement, parse_xml
 
-XmlDocument = Callable[[LocatedElement, Path], Document]
+XmlDocument = Callable[[LocatedElement, Path, FileOptions], Document]
 
-_XML_READERS: dict[str, XmlDocument] = {"sdf": sdf_document, "mujoco": mjcf_document}
+
+def _mjcf_document(root: LocatedElement, file: Path, _: FileOptions) -> Document:
+    return mjcf_document(root, file)
+
+
+_XML_READERS: dict[str, XmlDocument] = {"sdf": sdf_document, "mujoco": _mjcf_document}
 _ALL_DRIVEN = ["all"]  # until the joints are known
 _FARTHEST = {"link": "farthest"}
 
@@ -54,17 +59,20 @@ def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> Rob
     require_description(path)
     text = read_text(path)
     if not text.removeprefix("\ufeff").lstrip().startswith("<"):
+        _refuse_model(options, path)
         return parse_description(text, path, options)
     if options.parameters:
         raise InputError(f"parameters: {path} has none; description files (YAML, JSON) have them")
     root = parse_xml(text, path)
     reader = _XML_READERS.get(root.tag)
+    if reader is not sdf_document:
+        _refuse_model(options, path)
     if not is_xacro_name(path):
         _refuse_xacro_args(options, path)
     elif reader is not None:
         return _expanded(path, options, reader)
     if reader is not None:
-        return _described(reader(root, path))
+        return _described(reader(root, path, options))
     return read_urdf(path, options=options)
 
 
@@ -147,7 +155,7 @@ def read_urdf(
 def _expanded(path: Path, options: FileOptions, reader: XmlDocument) -> RobotDescription:
     """The robot of a xacro file that becomes SDFormat or MJCF."""
     expansion = expand_xacro(path, options)
-    document = reader(expansion.root, path)
+    document = reader(expansion.root, path, options)
     document.add_files(expansion.files)
     document.notes.extend(expansion.notes)
     return _described(document)
@@ -177,6 +185,11 @@ def _set_parameters(document: Document) -> None:
         remark = f"{value}, as given in the call, in place of {parameters[name]}"
         document.note(("parameters", name), remark)
         parameters[name] = value
+
+
+def _refuse_model(options: FileOptions, file: FilePath) -> None:
+    if options.model:
+        raise InputError(f"model: {file} has one robot; SDFormat files may have several")
 
 
 def _refuse_xacro_args(options: FileOptions, file: FilePath) -> None:

@@ -21,15 +21,17 @@ class FileOptions:
         parameters: values in place of those that a description file gives its parameters.
         xacro_args: arguments of a xacro file.
         search_path: folders in which packages are, after those that the file itself leads to.
+        model: name of the robot in a file of several.
     """
 
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     xacro_args: Mapping[str, str] = field(default_factory=dict)
     search_path: tuple[str, ...] = ()
+    model: str = ""
 
     def __bool__(self) -> bool:
         """Whether anything is given."""
-        return bool(self.parameters or self.xacro_args or self.search_path)
+        return bool(self.parameters or self.xacro_args or self.search_path or self.model)
 
 
 NO_OPTIONS = FileOptions()
@@ -67,6 +69,7 @@ def file_options(
     parameters: Mapping[str, Parameter] | None = None,
     xacro_args: Mapping[str, object] | None = None,
     search_path: PathText | Iterable[PathText] = (),
+    model: str = "",
 ) -> FileOptions:
     """The options that a call gives, checked.
 
@@ -74,6 +77,7 @@ def file_options(
         parameters: values by name: numbers in SI units, or expressions.
         xacro_args: texts by name; numbers and booleans are written as xacro has them.
         search_path: a folder, or several.
+        model: name of the robot in a file of several; empty where the file has one.
 
     Raises:
         InputError: something of another type.
@@ -88,7 +92,9 @@ def file_options(
     for folder in folders:
         if not os.path.isdir(folder):  # noqa: PTH112 - a text that stays one
             raise InputError(f"search_path: there is no folder '{folder}'")
-    return FileOptions(values, texts, folders)
+    if not isinstance(model, str):
+        raise InputError(f"model: is {model!r}; expected the name of a model in the file")
+    return FileOptions(values, texts, folders, model)
 
 
 def _items(argument: str, given: object) -> Iterable[tuple[str, object]]:

@@ -53,6 +53,7 @@ def _read_with_notes(given: str) -> dict[str, str]:
         "parameters": dict(options.parameters),
         "xacro_args": dict(options.xacro_args),
         "search_path": folders,
+        "model": options.model,
     }
     return {_READ_WITH: json.dumps(entries)}
 

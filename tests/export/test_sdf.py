@@ -173,7 +173,7 @@ WRONG = {
     "number": ("0.1 0.3 0 0 0 0", "0.1 0.3 0 0", "expected 6 numbers"),
     "round": ('<pose relative_to="motor"/>', '<pose relative_to="knee"/>', "its pose goes round"),
     "roots": ("<parent>crank</parent>", "<parent>crank</parent><!--", "not valid XML"),
-    "nested": ("<link name=", "<include/><link name=", "has <include> in it"),
+    "nowhere": ("<link name=", "<include/><link name=", "include: has no <uri>; expected model://"),
 }
 
 
@@ -205,7 +205,7 @@ CHANGED = {
     "no weight": (
         CRANK,
         f"{CRANK}<gravity>false</gravity>",
-        "links.crank: <gravity> of <link> is 'false', which is not covered; expected 'true'",
+        "gravity: is without gravity, which acts on coupler, rocker; gravity of one link alone",
     ),
     "static": (MODEL, f"{MODEL}<static>1</static>", "models.bars: <static> of <model> is '1'"),
     "kinematic": (
@@ -218,7 +218,6 @@ CHANGED = {
         f"{CRANK}<must_be_base_link>true</must_be_base_link>",
         "<must_be_base_link> of <link> is 'true'",
     ),
-    "wind": (CRANK, f"{CRANK}<enable_wind>true</enable_wind>", "<enable_wind> of <link> is 'true'"),
     "decay": (
         CRANK,
         f"{CRANK}<velocity_decay><angular>0.1</angular></velocity_decay>",
@@ -246,8 +245,8 @@ CHANGED = {
     ),
     "place of a frame of it": (
         MODEL,
-        '<model name="bars" placement_frame="crank">',
-        "placement_frame of <model>",
+        '<model name="bars" placement_frame="cranck">',
+        "there is no link, joint or frame 'cranck' (did you mean 'crank'?)",
     ),
     "no such carrier": (
         MODEL,
@@ -262,7 +261,7 @@ CHANGED = {
     "welded in the world": (
         MODEL,
         f'<world name="w"><joint name="weld" type="fixed"/>{MODEL}',
-        "worlds.w: <joint> is not covered",
+        "joints.weld: has no <parent>",
     ),
 }
 
@@ -335,14 +334,6 @@ def test_a_joint_with_friction_belongs_to_the_tree(tmp_path: Path) -> None:
     assert machine.inverse_dynamics(still, [1.0]) == pytest.approx(
         plain.inverse_dynamics(same, [1.0]), rel=1e-9
     )
-
-
-def test_a_loop_of_joints_that_cannot_close_it_is_refused(tmp_path: Path) -> None:
-    text = FOUR_BAR.replace('type="revolute"', 'type="prismatic"').replace(
-        'type="continuous"', 'type="prismatic"'
-    )
-    with pytest.raises(DescriptionError, match="closes a loop with a joint of type 'prismatic'"):
-        read(tmp_path, text)
 
 
 def test_a_frame_of_the_model_moves_with_its_canonical_link(tmp_path: Path) -> None:

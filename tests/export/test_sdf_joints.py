@@ -182,9 +182,12 @@ def test_a_screw_moves_along_its_axis_as_it_turns(word: str, lead: float, tmp_pa
     assert turned - at_start == pytest.approx([0, 0, lead], abs=1e-12)
 
 
-def test_links_that_no_joint_connects_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(DescriptionError, match="no joint connects platform with world"):
-        read(tmp_path, legs(""))
+def test_links_that_no_joint_connects_stand_still_where_they_are_drawn(tmp_path: Path) -> None:
+    robot = read(tmp_path, legs(""))
+    pose = robot.forward_kinematics(robot.close([0.3]), "platform")
+    assert pose.position == pytest.approx([0, 0, 0.4], abs=1e-12)
+    words = "platform: not joined to the world; taken as standing still on it"
+    assert words in robot.description.notes
 
 
 NOTED = {  # what is left out, and the note that says so

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ...description.document import Data
-from ...description.geometry import unit_axis
+from ...description.geometry import Transform, rotation_about, unit_axis
 from ...ground.arrays import Array, frozen
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
-from .poses import MODEL, WORLD, ModelPoses
-from .vocabulary import JOINT_AXES, Version
+from .poses import WORLD, ModelPoses
 
 _UNLIMITED = 1e16  # [rad or m] what SDFormat takes for no limit
-_YES = ("true", "1")
 _INFINITY = ("inf", "infinity")
 _DRIVE_LIMITS = {"effort": "effort_limit", "velocity": "velocity_limit"}
 _Z_AXIS = (0.0, 0.0, 1.0)
@@ -49,6 +47,14 @@ class Freedom:
     axis: Array
     constraints: Data = field(default_factory=dict)
 
+    def is_held(self) -> bool:
+        """Whether its limits leave it at zero."""
+        return bool(self.constraints.get("limits") == [0.0, 0.0])
+
+    def reversed(self) -> Freedom:
+        """The same coordinate from the other end: about the opposite axis."""
+        return replace(self, axis=frozen(-self.axis))
+
 
 class JointReader:
     """Reads one <joint>.
@@ -60,11 +66,8 @@ class JointReader:
         path: of its entry.
     """
 
-    def __init__(
-        self, xml: XmlReader, poses: ModelPoses, element: LocatedElement, version: Version
-    ) -> None:
+    def __init__(self, xml: XmlReader, poses: ModelPoses, element: LocatedElement) -> None:
         self.xml = xml
-        self.version = version
         self.poses = poses
         self.element = element
         self.name = xml.name(element, "joints")
@@ -72,25 +75,52 @@ class JointReader:
         self.path = ("joints", self.name)
 
     def is_grounded(self) -> bool:
-        """Whether the parent is the world."""
-        return self._end("parent") == WORLD
+        """Whether an end is the world."""
+        return WORLD in (self.parent(), self.child())
 
     def parent(self) -> str:
         """The parent link, or the world."""
-        name = self._end("parent")
-        if name == WORLD:
-            return WORLD
-        return self.poses.link_of(name, self.element)
+        return self.poses.link_of(self._end("parent"), self.element)
 
     def child(self) -> str:
-        """The child link."""
+        """The child link, or the world."""
         return self.poses.link_of(self._end("child"), self.element)
 
-    def can_close(self) -> bool:
-        """Whether a closure can stand for the joint: it has no more than limits."""
-        if self.type not in CLOSURE_KINDS:
+    def closure_kind(self) -> str:
+        """The closure that can stand for the joint; empty where it has more than limits."""
+        if any(key not in LIMITS for key in self.constraints()):
+            return ""
+        if self.is_held():
+            return "" if self._held() else "frame"
+        return CLOSURE_KINDS.get(self.type, "")
+
+    def has_limits(self) -> bool:
+        """Whether the joint has limits of coordinate, effort or rate."""
+        return self.type != "fixed" and not self.is_held() and bool(self.constraints())
+
+    def is_held(self) -> bool:
+        """Whether the limits of the joint leave it one place, and it follows no other."""
+        if self.type not in _SINGLE:
             return False
-        return all(key in LIMITS for key in self.constraints())
+        constraints = self.constraints()
+        lower, upper = constraints.get("limits", (-1.0, 1.0))
+        return lower == upper and "mimic" not in constraints
+
+    def held_at(self) -> Transform:
+        """What a joint that is held moves its child by, in the frame of the joint."""
+        place = self._held()
+        if _SINGLE.get(self.type) == "revolute":
+            return Transform(rotation_about(self.axis(), place))
+        if place:
+            return Transform(translation=frozen(place * self.axis()))
+        return Transform()
+
+    def _held(self) -> float:
+        """The place [rad or m] of a joint that is held; else zero, as of one that is fixed."""
+        if not self.is_held():
+            return 0.0
+        lower, _ = self.constraints()["limits"]
+        return float(lower)
 
     def freedoms(self) -> list[Freedom]:
         """The hinges and slides of the joint in a row; none where it is fixed.
@@ -98,7 +128,9 @@ class JointReader:
         Raises:
             DescriptionError: its type is not covered.
         """
-        if self.type == "fixed":
+        if self.is_held():
+            self.xml.note(self.element, f"joint {self.name} is held by its limits; taken as fixed")
+        if self.type == "fixed" or self.is_held():
             return []
         if self.type in _SINGLE:
             return [Freedom(self.name, _SINGLE[self.type], self.axis(), self.constraints())]
@@ -118,6 +150,8 @@ class JointReader:
             unused.append("axis2")
         if self.type in ("fixed", "ball"):
             unused.append("axis")
+        if self.type != "gearbox":
+            unused.extend(("gearbox_ratio", "gearbox_reference_body"))
         if self.type != "screw":
             unused.extend(("thread_pitch", "screw_thread_pitch"))
         if self.type == "continuous":
@@ -146,8 +180,11 @@ class JointReader:
                 self.xml.note(self.element, f"joint {self.name} has no <{tag}>; taken: 0 0 1")
             name = f"{self.name}_{number}"
             freedoms.append(Freedom(name, "revolute", self.axis(tag), self.constraints(tag)))
-        self._note_row(freedoms)
-        return freedoms
+        moving = [freedom for freedom in freedoms if not freedom.is_held()]
+        if len(moving) < len(freedoms):
+            self.xml.note(self.element, f"an axis of joint {self.name} is held by its limits")
+        self._note_row(moving)
+        return moving
 
     def _ball(self) -> list[Freedom]:
         """Hinges about x, y and z of the joint, whose axes meet."""
@@ -198,19 +235,10 @@ class JointReader:
             axis = unit_axis(values)
         except ValueError as error:
             raise self.xml.error(self.element, key, str(error)) from error
-        expressed_in = self._axis_frame(tag)
+        expressed_in = ""
         if xyz is not None:
-            expressed_in = xyz.get("expressed_in", expressed_in)
+            expressed_in = xyz.get("expressed_in")
         return self.poses.axis_in_joint(axis, expressed_in, self.element)
-
-    def _axis_frame(self, tag: str) -> str:
-        """The frame of an axis that does not name one; empty for that of the joint."""
-        if self.version < JOINT_AXES:
-            return MODEL
-        word = self._inside_axis("use_parent_model_frame", tag)
-        if word is not None and word.text.strip() in _YES:
-            return MODEL
-        return ""
 
     def constraints(self, tag: str = "axis") -> Data:
         """Limits, friction, spring and mimic along an axis, as far as it has them."""

@@ -13,9 +13,10 @@ from ...ground.arrays import Array, frozen
 from ...ground.suggestions import suggestion
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
+from .versions import MODEL
 
 WORLD = "world"
-MODEL = "__model__"
+SCOPE = "::"  # between the name of a model and a name in it
 _DEGREE = math.pi / 180.0  # [rad]
 
 
@@ -29,33 +30,29 @@ class ModelPoses:
     def __init__(self, xml: XmlReader, model: LocatedElement) -> None:
         self.xml = xml
         self._elements: dict[str, LocatedElement] = {}
-        for tag in ("link", "joint", "frame"):
+        for tag in ("link", "frame", "joint"):
             for element in model.all(tag):
-                self._add(element)
+                self._elements.setdefault(element.get("name"), element)
         self.model = self.read(model.first("pose"), ("model",))
         self._canonical_link = model.get("canonical_link")
         first_link = model.first("link")
         if not self._canonical_link and first_link is not None:
             self._canonical_link = first_link.get("name")
         self._resolved: dict[str, Transform] = {MODEL: Transform(), "": Transform()}
-
-    def _add(self, element: LocatedElement) -> None:
-        """Keep an element under its name, which nothing else has."""
-        name = element.get("name")
-        other = self._elements.setdefault(name, element)
-        if other is not element:
-            problem = f"has the name of a {other.tag} (line {other.line}); rename one of the two"
-            raise self.xml.error_at(element, problem)
+        self._resolved[WORLD] = self.model.inverse()
 
     def link(self, name: str) -> Transform:
         """Pose of a link, or of the world, in the model."""
         if name == WORLD:
-            return self.model.inverse()
+            return self._resolved[WORLD]
         return self.resolve(name, self._elements[name])
 
     def joint(self, element: LocatedElement) -> Transform:
-        """Pose of a joint in the model."""
-        return self.resolve(element.get("name"), element)
+        """Pose of a joint in the model; in older files its name may be that of a link."""
+        name = element.get("name")
+        if self._elements[name] is element:
+            return self.resolve(name, element)
+        return self._pose_of(element, ())
 
     def in_link(self, link: str, pose: Transform) -> Transform:
         """A pose of the model in the frame of a link."""
@@ -76,18 +73,29 @@ class ModelPoses:
         """
         if name in self._resolved:
             return self._resolved[name]
+        name = self._full_name(name)
         if name not in self._elements or name in visited:
             raise self._unresolved(name, asking, visited)
-        element = self._elements[name]
+        resolved = self._pose_of(self._elements[name], (*visited, name))
+        self._resolved[name] = resolved
+        return resolved
+
+    def _pose_of(self, element: LocatedElement, visited: tuple[str, ...]) -> Transform:
+        """Pose of an element in the model."""
         pose = element.first("pose")
         relative_to = ""
         if pose is not None:
             relative_to = pose.get("relative_to")
         frame = relative_to or _default_frame(element)
-        around = self.resolve(frame, element, (*visited, name))
-        resolved = around @ self.read(pose, (element.tag, name))
-        self._resolved[name] = resolved
-        return resolved
+        around = self.resolve(frame, element, visited)
+        return around @ self.read(pose, (element.tag, element.get("name")))
+
+    def _full_name(self, name: str) -> str:
+        """The name of an element; that of a model in the model stands for its frame."""
+        of_model = f"{name}{SCOPE}{MODEL}"
+        if name not in self._elements and of_model in self._elements:
+            return of_model
+        return name
 
     def link_of(self, name: str, asking: LocatedElement, visited: tuple[str, ...] = ()) -> str:
         """The link that carries a frame or joint, or has the name itself.
@@ -102,6 +110,9 @@ class ModelPoses:
         """
         if name in (MODEL, ""):
             name = self._canonical_link
+        if name == WORLD:
+            return WORLD
+        name = self._full_name(name)
         if name not in self._elements or name in visited:
             raise self._unresolved(name, asking, visited)
         element = self._elements[name]

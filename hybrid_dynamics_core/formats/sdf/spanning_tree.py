@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from .joints import JointReader
 
 
-def spanning_tree(joints: Sequence[JointReader], base: str) -> dict[str, bool]:
+def spanning_tree(joints: Sequence[JointReader], base: Sequence[str]) -> dict[str, bool]:
     """The joints of the tree by name, each with whether it is walked from child to parent.
 
     Joints that no closure can stand for go before all others, then the order of the file holds.
 
     Args:
         joints: of the model.
-        base: link where the tree begins.
+        base: links that do not move, where the tree begins.
     """
-    chosen = _without_cycles(joints)
-    reached = {base}
+    chosen = _without_cycles(joints, base)
+    reached = set(base)
     directions: dict[str, bool] = {}
     while True:
         steps = [joint for joint in chosen if _is_next(joint, reached)]
@@ -39,11 +39,13 @@ def reached_links(joints: Sequence[JointReader], base: str) -> set[str]:
             reached.update((joint.parent(), joint.child()))
 
 
-def _without_cycles(joints: Sequence[JointReader]) -> list[JointReader]:
+def _without_cycles(joints: Sequence[JointReader], base: Sequence[str]) -> list[JointReader]:
     """Joints that join what none before has joined."""
-    first = [joint for joint in joints if not joint.can_close()]
-    others = [joint for joint in joints if joint.can_close()]
-    groups: dict[str, str] = {}  # a link of the same group, nearer to its first one
+    first = [joint for joint in joints if not joint.closure_kind()]
+    others = [joint for joint in joints if joint.closure_kind()]
+    first_link, *standing = base
+    # a link of the same group, nearer to its first one
+    groups = dict.fromkeys(standing, first_link)
     chosen: list[JointReader] = []
     for joint in (*first, *others):
         parent_group = _first_of(groups, joint.parent())

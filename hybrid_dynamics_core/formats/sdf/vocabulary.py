@@ -13,48 +13,41 @@ from ..extras_reader import TAG
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from ..xml.vocabulary import Vocabulary, VocabularyCheck, vocabulary
+from .versions import CONVERT, NAMED_FRAMES, Version
 
-Version = tuple[int, int]
-
-NAMED_FRAMES: Version = (1, 7)  # from then on a pose or an axis can name its frame
-JOINT_AXES: Version = (1, 5)  # from then on an axis is in the frame of its joint
-_OLDEST: Version = (1, 3)
-_CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
-_ADVICE = f"; it may change the robot, so it is not passed over: take it out ({_CONVERT})"
+_ADVICE = f"; it may change the robot, so it is not passed over: take it out ({CONVERT})"
 _OMITTED = (
     "visual collision sensor projector audio_sink audio_source battery light particle_emitter"
-    " plugin self_collide"
+    " plugin self_collide contact enable_wind"
 )
 _ADDED_MASS = {"".join(pair): "0" for pair in combinations_with_replacement("xyzpqr", 2)}
 _ROTATION = "rotation_format degrees"
+_NAMED = ("link", "joint", "frame", "model")
 _FORCES_OF_DRAKE = re.compile("drake:.*(constraint|bushing|acceleration)")
 
 _WORLD = vocabulary(
     "name",
-    "model gravity",
-    "include frame light actor plugin road audio wind magnetic_field atmosphere gui physics scene"
+    "model include joint frame gravity",
+    "light actor plugin road audio wind magnetic_field atmosphere gui physics scene"
     " spherical_coordinates state population",
 )
+INCLUDE = vocabulary("merge", "uri name pose placement_frame static", "plugin")
 _AXIS = vocabulary(
-    "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
+    "", "xyz limit dynamics mimic", "initial_position", use_parent_model_frame="false"
 )
-_OLDER_AXIS = vocabulary("", "xyz limit dynamics use_parent_model_frame", initial_position="0")
+_OLDER_AXIS = vocabulary("", "xyz limit dynamics mimic use_parent_model_frame", "initial_position")
 _MODEL: dict[str, Vocabulary] = {
     "model": vocabulary(
-        "name canonical_link",
-        f"link joint frame pose {TAG}",
-        "namespace plugin gripper self_collide allow_auto_disable",
+        "name canonical_link placement_frame",
+        f"model include link joint frame pose {TAG}",
+        "namespace plugin gripper self_collide allow_auto_disable enable_wind",
         static="false",
-        enable_wind="false",
-        placement_frame="__model__",
     ),
     "link": vocabulary(
         "name",
-        "pose inertial velocity_decay",
+        "pose inertial velocity_decay gravity",
         _OMITTED,
-        gravity="true",
         kinematic="false",
-        enable_wind="false",
         must_be_base_link="false",
     ),
     "velocity_decay": vocabulary(linear="0", angular="0"),
@@ -65,8 +58,9 @@ _MODEL: dict[str, Vocabulary] = {
     "fluid_added_mass": vocabulary(**_ADDED_MASS),
     "joint": vocabulary(
         "name type",
-        "parent child pose axis axis2 thread_pitch screw_thread_pitch",
-        "sensor plugin physics gearbox_ratio gearbox_reference_body",
+        "parent child pose axis axis2 thread_pitch screw_thread_pitch gearbox_ratio"
+        " gearbox_reference_body",
+        "sensor plugin physics",
     ),
     "axis": _AXIS,
     "axis2": _AXIS,
@@ -76,44 +70,51 @@ _MODEL: dict[str, Vocabulary] = {
     "mimic": vocabulary("joint", "multiplier offset reference", axis="axis"),
     "frame": vocabulary("name attached_to", "pose"),
     "pose": vocabulary(f"relative_to {_ROTATION}", frame=""),
-    "model/pose": vocabulary(_ROTATION, relative_to="world", frame=""),
     "inertial/pose": vocabulary(_ROTATION, relative_to="", frame=""),
 }
 
 
-def read_version(xml: XmlReader) -> Version:
-    """The version of a file, which says in what frame its axes are.
+def check_world(xml: XmlReader, world: LocatedElement) -> None:
+    """Check the world around a model for what may change the robot.
 
     Raises:
-        DescriptionError: its version is older than 1.3, or none.
+        DescriptionError: the first entry that is not covered.
     """
-    version = xml.root.get("version")
-    match = re.fullmatch(r"\s*(\d+)\.(\d+)(\.\d+)?\s*", version)
-    if match is None or (int(match[1]), int(match[2])) < _OLDEST:
-        problem = f"is '{version}'; expected 1.3 or later; {_CONVERT}"
-        raise xml.error(xml.root, ("version",), problem)
-    return int(match[1]), int(match[2])
+    check_words(xml, _WORLD, world)
+    _refuse_forces(xml, world)
 
 
-def check_vocabulary(
-    xml: XmlReader, model: LocatedElement, world: LocatedElement | None, version: Version
-) -> None:
-    """Check a model, and the world around it, for entries that may change the robot.
+def check_model(xml: XmlReader, model: LocatedElement, version: Version) -> None:
+    """Check a model, and the models in it, for entries that may change the robot.
 
     Raises:
         DescriptionError: the first one that is not covered.
     """
-    if world is not None:
-        _check(xml, {"world": _WORLD}, world)
-        for other in world.all("model"):
-            if other is not model:
-                xml.note(other, f"model {other.get('name')} is left out: it has no joints")
-        _refuse_forces(xml, world)
     table = dict(_MODEL)
     if version < NAMED_FRAMES:
         table |= dict.fromkeys(("axis", "axis2"), _OLDER_AXIS)
     _check(xml, table, model)
+    _check_names(xml, model, version)
+
+
+def check_words(xml: XmlReader, words: Vocabulary, element: LocatedElement) -> None:
+    """Check one element alone."""
+    _check(xml, {element.tag: words}, element)
+
+
+def _check_names(xml: XmlReader, model: LocatedElement, version: Version) -> None:
+    """Refuse a name of two things, from the version on in which names stand for frames."""
     _refuse_forces(xml, model)
+    named: dict[str, LocatedElement] = {}
+    for element in model.children:
+        if element.tag == "model":
+            _check_names(xml, element, version)
+        if element.tag not in _NAMED or version < NAMED_FRAMES:
+            continue
+        other = named.setdefault(element.get("name"), element)
+        if other is not element:
+            problem = f"has the name of a {other.tag} (line {other.line}); rename one of the two"
+            raise xml.error_at(element, problem)
 
 
 def _check(xml: XmlReader, table: dict[str, Vocabulary], element: LocatedElement) -> None:

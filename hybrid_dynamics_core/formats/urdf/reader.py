@@ -159,6 +159,8 @@ class _UrdfReader:
         root = self.xml.root
         if root.tag == "sdf":
             raise self.xml.error(root, (), "is SDFormat, not URDF; load() reads it")
+        if root.tag == "gazebo" and root.get("version"):
+            raise self.xml.error(root, (), "is SDFormat before 1.3; 'gz sdf -p FILE' converts it")
         if root.tag != "robot":
             raise self.xml.error(root, (), f"<{root.tag}> is not a URDF; its root is <robot>")
         if _is_xacro(root):

@@ -5,6 +5,7 @@ Document types are refused, so no entity can grow or reach outside.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
@@ -14,6 +15,7 @@ from ...errors import DescriptionError
 
 MAX_ELEMENTS = 200_000
 MAX_DEPTH = 50
+_COMMENT = re.compile(r"<!--.*?-->|<!\[CDATA\[.*?\]\]>", re.DOTALL)
 
 
 @dataclass
@@ -66,11 +68,32 @@ def parse_xml(text: str, path: Path) -> LocatedElement:
     """
     parser = _Parser(path)
     try:
-        parser.expat.Parse(text.removeprefix("\ufeff"), True)
+        parser.expat.Parse(_as_strict_xml(text.removeprefix("\ufeff")), True)
     except expat.ExpatError as error:
         problem = f"not valid XML: {expat.ErrorString(error.code)}"
         raise DescriptionError(problem, file=path, line=error.lineno) from error
     return parser.root
+
+
+def _as_strict_xml(text: str) -> str:
+    """A text without what other parsers of robots let pass, on the same lines.
+
+    These are `--` in comments, and a declaration behind comments or blank lines.
+    """
+    text = _COMMENT.sub(_blank, text)
+    before, declaration, after = text.partition("<?xml")
+    if declaration and before and not before.strip():
+        end = after.find("?>")
+        text = before + after[end + 2 :]
+    return text
+
+
+def _blank(match: re.Match[str]) -> str:
+    """The lines of a comment without its words; data stays as it is."""
+    matched = match[0]
+    if not matched.startswith("<!--"):
+        return matched
+    return "\n" * matched.count("\n")
 
 
 class _Parser:

@@ -1,0 +1,97 @@
+"""Gravity of an SDFormat model: that of its world, unless its links are without."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...description.document import Document
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+from .poses import WORLD, ModelPoses
+
+_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] of a world that does not say
+_STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+_MAX_LISTED = 8  # links in a message
+_NO = ("false", "0")
+
+
+def gravity_entry(
+    xml: XmlReader, poses: ModelPoses, model: LocatedElement, world: LocatedElement | None
+) -> list[float]:
+    """Gravity (3,) [m/s^2] in the base frame; the model may stand in the world at a slant.
+
+    Args:
+        xml: the file, whose links and joints are in the document.
+        poses: of the model.
+        model: the model.
+        world: around it, if there is one.
+
+    Raises:
+        DescriptionError: it acts on a part of what moves.
+    """
+    base = xml.document.data["base"]
+    rotation = np.eye(3)
+    if base != WORLD:
+        rotation = poses.model.rotation @ poses.link(base).rotation
+    gravity = _of_world(xml, world)
+    if any(gravity) and _is_switched_off(xml, model):
+        gravity = [0.0, 0.0, 0.0]
+    in_base = rotation.T @ gravity + 0.0  # no minus zero
+    entry: list[float] = in_base.tolist()
+    return entry
+
+
+def _of_world(xml: XmlReader, world: LocatedElement | None) -> list[float]:
+    """Gravity in the world [m/s^2]; the standard one for a model without a world."""
+    if world is None:
+        return list(_STANDARD_GRAVITY)
+    element = world.first("gravity")
+    physics = world.first("physics")
+    if element is None and physics is not None:
+        element = physics.first("gravity")  # where older files have it
+    return xml.text_numbers(element, 3, ("gravity",), _GRAVITY)
+
+
+def _is_switched_off(xml: XmlReader, model: LocatedElement) -> bool:
+    """Whether gravity acts on none of the links that move and have a mass."""
+    links = xml.document.section("links")
+    moving = _moving_links(xml.document)
+    without: list[LocatedElement] = []
+    weighed: list[str] = []
+    for link in model.all("link"):
+        name = link.get("name")
+        word = link.first("gravity")
+        is_off = word is not None and word.text.strip().lower() in _NO
+        has_weight = name in moving and bool(links[name].get("mass"))
+        if word is not None and is_off and has_weight:
+            without.append(word)
+        elif word is not None and is_off:
+            xml.note(word, f"<gravity> of {name} is left out: nothing of it is lifted")
+        elif has_weight:
+            weighed.append(name)
+    if without and weighed:
+        listed = ", ".join(weighed[:_MAX_LISTED])
+        problem = (
+            f"is without gravity, which acts on {listed}; gravity of one link alone is not covered:"
+            " switch it off for all, or take <gravity> out"
+        )
+        raise xml.error(without[0], ("gravity",), problem)
+    if without:
+        xml.note(without[0], "<gravity> of all links that move is off; there is no gravity")
+    return bool(without)
+
+
+def _moving_links(document: Document) -> set[str]:
+    """The links that a joint moves."""
+    moving: set[str] = set()
+    joints = list(document.section("joints").values())
+    reached = {document.data["base"]}
+    while True:
+        steps = [joint for joint in joints if joint["parent"] in reached]
+        steps = [joint for joint in steps if joint["child"] not in reached]
+        if not steps:
+            return moving
+        for joint in steps:
+            reached.add(joint["child"])
+            if joint["type"] != "fixed" or joint["parent"] in moving:
+                moving.add(joint["child"])

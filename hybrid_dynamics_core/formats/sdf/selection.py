@@ -1,0 +1,163 @@
+"""Which model of an SDFormat file is the robot, and where in the world it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from ...description.geometry import Transform
+from ...errors import DescriptionError, InputError
+from ...ground.file_options import FileOptions
+from ...ground.suggestions import suggestion
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+from .includes import Includes
+from .nesting import flat_model, has_joints, placed, pose_element
+from .poses import SCOPE, WORLD, ModelPoses
+from .versions import MODEL, Version, upgrade
+from .vocabulary import check_model, check_world
+
+_YES = ("true", "1")
+_MAX_LISTED = 20  # names in a message
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """The robot of a file.
+
+    Attributes:
+        model: it, without models in it and in the words of version 1.7.
+        world: around it, if there is one.
+    """
+
+    model: LocatedElement
+    world: LocatedElement | None
+
+
+class Selection:
+    """The models of a file, with all that they include."""
+
+    def __init__(self, xml: XmlReader, version: Version, options: FileOptions) -> None:
+        self.xml = xml
+        self.version = version
+        self.name = options.model
+        self.includes = Includes(xml, options)
+        self.worlds = xml.root.all("world")
+        self.models: list[Chosen] = [Chosen(model, None) for model in xml.root.all("model")]
+        for chosen in self.models:
+            upgrade(chosen.model, version)
+            self.includes.open_model(chosen.model)
+        for world in self.worlds:
+            upgrade(world, version)
+            self.includes.open_world(world)
+            self.models.extend(Chosen(model, world) for model in world.all("model"))
+
+    def chosen(self) -> Chosen:
+        """The one model with joints, the one that is asked for, or a world of joined models.
+
+        Raises:
+            DescriptionError: none has joints, or several have.
+            InputError: there is none of the name that was asked for.
+        """
+        chosen = self._named() if self.name else self._only()
+        if chosen.model is chosen.world:
+            return self._of_world(chosen.model)
+        for child in self.xml.root.children:
+            if child not in (chosen.model, chosen.world):
+                self.xml.note(child, f"<{child.tag}> beside the model is left out")
+        if chosen.world is None:
+            return self._alone(chosen.model)
+        return self._in_world(chosen.model, chosen.world)
+
+    def _named(self) -> Chosen:
+        worlds = [Chosen(world, world) for world in self.worlds]
+        for chosen in (*self.models, *worlds):
+            if chosen.model.get("name") == self.name:
+                return chosen
+        names = [chosen.model.get("name") for chosen in (*self.models, *worlds)]
+        hint = suggestion(self.name, names)
+        listed = ", ".join(names[:_MAX_LISTED])
+        problem = f"{self.xml.file} has no model '{self.name}'{hint}; it has: {listed}"
+        raise InputError(f"model: {problem}")
+
+    def _only(self) -> Chosen:
+        """The one model that moves; a world with joints of its own is one."""
+        for world in self.worlds:
+            if world.all("joint"):
+                return Chosen(world, world)
+        moving = [chosen for chosen in self.models if _moves(chosen.model)]
+        if len(moving) == 1:
+            return moving[0]
+        if not moving and len(self.models) == 1:
+            return self.models[0]
+        raise self._undecided(moving)
+
+    def _undecided(self, moving: list[Chosen]) -> DescriptionError:
+        problem = f"holds {len(moving)} models with joints"
+        if moving:
+            names = [chosen.model.get("name") for chosen in moving]
+            listed = ", ".join(names[:_MAX_LISTED])
+            problem += (
+                f" ({listed}); name one of them: load(file, model='{names[0]}') or --model"
+                f" {names[0]}; the name of the world takes all of them as one robot"
+            )
+        else:
+            problem += "; expected one"
+        for missing in self.includes.missing:
+            problem += f"; it includes {missing}"
+        return self.xml.error(self.xml.root, ("model",), problem)
+
+    def _alone(self, model: LocatedElement) -> Chosen:
+        """A model without a world around it."""
+        pose = model.first("pose")
+        if pose is not None and pose.get("relative_to") not in ("", WORLD):
+            problem = f"relative_to of <pose> is '{pose.get('relative_to')}', and there is no world"
+            raise self.xml.error(pose, ("models", model.get("name")), problem)
+        flat = self._ready(model)
+        offset = placed(self.xml, flat)
+        if offset.is_identity():
+            return Chosen(flat, None)
+        return Chosen(self._moved(flat, ModelPoses(self.xml, flat).model @ offset), None)
+
+    def _in_world(self, model: LocatedElement, world: LocatedElement) -> Chosen:
+        """A model of a world, with its pose in the world."""
+        check_world(self.xml, world)
+        for other in world.all("model"):
+            if other is not model:
+                self.xml.note(other, f"model {other.get('name')} is left out")
+        flat = self._ready(model)
+        pose = model.first("pose")
+        is_placed = pose is not None and pose.get("relative_to") not in ("", WORLD)
+        if not is_placed and model.get("placement_frame") in ("", MODEL):
+            return Chosen(flat, world)
+        around = ModelPoses(self.xml, flat_model(self.xml, world))
+        name = f"{model.get('name')}{SCOPE}{MODEL}"
+        return Chosen(self._moved(flat, around.resolve(name, model)), world)
+
+    def _of_world(self, world: LocatedElement) -> Chosen:
+        """All models of a world as one robot."""
+        check_world(self.xml, world)
+        for model in world.all("model"):
+            self._check(model)
+        flat = flat_model(self.xml, world)
+        return Chosen(replace(flat, tag="model"), world)
+
+    def _ready(self, model: LocatedElement) -> LocatedElement:
+        """A model without models in it, after its words are checked."""
+        self._check(model)
+        return flat_model(self.xml, model)
+
+    def _check(self, model: LocatedElement) -> None:
+        """Check the words of this file; those of others are checked by their own versions."""
+        if not self.includes.is_opened(model):
+            check_model(self.xml, self.includes.without_opened(model), self.version)
+
+    def _moved(self, model: LocatedElement, pose: Transform) -> LocatedElement:
+        """A model with another pose in the world."""
+        children = [child for child in model.children if child.tag != "pose"]
+        return replace(model, children=[pose_element(pose, "", model), *children])
+
+
+def _moves(model: LocatedElement) -> bool:
+    static = model.first("static")
+    is_static = static is not None and static.text.strip() in _YES
+    return has_joints(model) and not is_static
