@@ -9,6 +9,7 @@
 from .closed_state.state import ClosedState, ClosureStatus
 from .description.actuators import HydraulicCylinder
 from .description.effects import Payload
+from .dynamics.centroidal import Centroidal
 from .dynamics.dae import SpanningTerms
 from .dynamics.energy import Energy
 from .dynamics.hydraulics import (
@@ -41,6 +42,7 @@ from .robot.robot import Robot
 __version__ = "0.1.0"
 
 __all__ = [
+    "Centroidal",
     "ClosedState",
     "ClosureError",
     "ClosureStatus",

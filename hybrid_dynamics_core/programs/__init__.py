@@ -5,6 +5,7 @@ It runs on floats as it is, on arrays (one array a scalar), or traced into a ker
 gives the equations.
 """
 
+from .centroidal import centroidal
 from .closure import ACCELERATIONS, CLOSE, MOTION
 from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
 from .dynamics import (
@@ -31,6 +32,7 @@ __all__ = [
     "Outcome",
     "OutcomeKind",
     "Program",
+    "centroidal",
     "closed_inverse_dynamics",
     "coriolis_matrix",
     "energy",

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import programs
 from ..closed_state.state import ClosedState, settle
+from ..dynamics.centroidal import Centroidal
 from ..dynamics.dae import SpanningTerms
 from ..dynamics.energy import Energy
 from ..dynamics.load_pattern import LoadPattern
@@ -253,6 +254,17 @@ class Dynamics:
         """
         values = self._evaluate("energy", programs.energy, state, loads)
         return Energy(values["kinetic"], values["potential"], values["springs"])
+
+    def centroidal(self, state: ClosedState, loads: Loads | None = None) -> Centroidal:
+        """Centre of mass, its Jacobian, total momentum and its matrix, in base axes.
+
+        Args:
+            state: closed state, or a batch of N.
+            loads: of which payloads count; `robot.loads` if None.
+        """
+        values = self._evaluate("centroidal", programs.centroidal, state, loads)
+        mass = float(np.max(values["mass"]))
+        return Centroidal(mass, values["com"], values["A"], values["momentum"])
 
     def coriolis_matrix(self, state: ClosedState, loads: Loads | None = None) -> Array:
         """C-bar, Chu (2020), below Eq. 17: M-bar' - 2 C-bar is skew.

@@ -300,6 +300,7 @@ class Robot:
     passive_forces = delegate("_dynamics", Dynamics.passive_forces)
     regressor = delegate("_dynamics", Dynamics.regressor)
     motion_near = delegate("_dynamics", Dynamics.motion_near)
+    centroidal = delegate("_dynamics", Dynamics.centroidal)
     energy = delegate("_dynamics", Dynamics.energy)
     coriolis_matrix = delegate("_dynamics", Dynamics.coriolis_matrix)
     velocity_map_rate = delegate("_dynamics", Dynamics.velocity_map_rate)

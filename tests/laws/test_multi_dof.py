@@ -147,6 +147,30 @@ def test_a_floating_base_is_pinocchios_free_flyer(seed: int) -> None:
 
 @given(st.integers(0, 10_000))
 @examples(40)
+def test_momentum_and_centre_of_mass_are_pinocchios(seed: int) -> None:
+    robot = floating_robot()
+    rng = np.random.default_rng(seed)
+    model = in_pinocchio(robot, pin.JointModelFreeFlyer(), pin.SE3.Identity())
+    data = model.createData()
+    pose, v = random_pose(rng), rng.normal(size=7)
+    q = rng.normal()
+    state = robot.close_at_poses({FREE: pose}, {FREE: v[1:]}, u=[q, *[0] * 6], du=[v[0], *[0] * 6])
+    there = np.r_[pose.position, Rotation.from_matrix(pose.rotation).as_quat(), q]
+    rates = np.r_[v[1:], v[0]]
+    momentum_there = pin.computeCentroidalMomentum(model, data, there, rates).vector
+    matrix_there = pin.computeCentroidalMap(model, data, there)
+    centroidal = robot.centroidal(state)
+    assert centroidal.mass == pytest.approx(2.5)
+    assert centroidal.com == pytest.approx(pin.centerOfMass(model, data, there), abs=ROUNDING)
+    assert centroidal.momentum == pytest.approx(momentum_there, abs=ROUNDING)
+    in_twists = centroidal.momentum_matrix @ np.linalg.inv(robot.twist_map(state).V)
+    assert in_twists[:, 1:] == pytest.approx(matrix_there[:, :6], abs=ROUNDING)
+    assert in_twists[:, 0] == pytest.approx(matrix_there[:, 6], abs=ROUNDING)
+    assert centroidal.com_jacobian @ state.du == pytest.approx(centroidal.com_velocity)
+
+
+@given(st.integers(0, 10_000))
+@examples(40)
 def test_both_charts_give_the_same_answers(seed: int) -> None:
     robot = floating_robot()
     rng = np.random.default_rng(seed)
