@@ -30,12 +30,7 @@ from .xml.located_xml import LocatedElement, parse_xml
 
 XmlDocument = Callable[[LocatedElement, Path, FileOptions], Document]
 
-
-def _mjcf_document(root: LocatedElement, file: Path, _: FileOptions) -> Document:
-    return mjcf_document(root, file)
-
-
-_XML_READERS: dict[str, XmlDocument] = {"sdf": sdf_document, "mujoco": _mjcf_document}
+_XML_READERS: dict[str, XmlDocument] = {"sdf": sdf_document, "mujoco": mjcf_document}
 _ALL_DRIVEN = ["all"]  # until the joints are known
 _FARTHEST = {"link": "farthest"}
 

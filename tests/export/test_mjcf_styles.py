@@ -173,8 +173,10 @@ def test_a_tendon_of_coupled_joints_is_one_drive(tmp_path: Path) -> None:
     tied = '<equality><joint joint1="j1" joint2="j2"/></equality>'
     robot = read(tmp_path, model(on=ARM, tail=tied + PANDA))
     assert robot.active == ("j1",)
-    with pytest.raises(DescriptionError, match="drives a tendon of j1, j2, which no equality"):
-        read(tmp_path, model(on=ARM, tail=PANDA))
+    apart = read(tmp_path, model(on=ARM, tail=PANDA))
+    assert apart.active == ("j1", "j2")
+    words = "drives a tendon of j1, j2, which no equality couples; each of them is taken as driven"
+    assert any(words in note for note in apart.description.notes)
 
 
 DRIVES = {
@@ -224,6 +226,6 @@ def test_included_files_stand_in_place_of_their_include(tmp_path: Path) -> None:
 def test_errors_in_included_files_name_them(tmp_path: Path) -> None:
     robot_file = tmp_path / "robot.xml"
     robot_file.write_text(model(on='\n<joint name="x" type="screw"/>'), encoding="utf-8")
-    with pytest.raises(DescriptionError, match="is 'screw'") as caught:
+    with pytest.raises(DescriptionError, match="invalid keyword: 'screw'") as caught:
         read(tmp_path, SCENE)
     assert (caught.value.file, caught.value.line) == (robot_file, 2)

@@ -34,7 +34,7 @@ MODEL = """<mujoco model="all">
   </worldbody>
   <tendon>
     <fixed name="t"><joint joint="a" coef="1"/></fixed>
-    <spatial name="s"><site site="mark"/></spatial>
+    <spatial name="s"><site site="mark"/><site site="tip"/></spatial>
   </tendon>
   <equality>
     <connect body1="two" anchor="1 0 0"/>
@@ -43,7 +43,7 @@ MODEL = """<mujoco model="all">
   </equality>
   <actuator>
     <general joint="a"/><motor joint="a"/><position joint="a"/><velocity joint="a"/>
-    <intvelocity joint="a"/><pid joint="a"/><damper joint="a"/><cylinder joint="a"/>
+    <intvelocity joint="a"/><pid joint="a"/><damper joint="a" ctrlrange="0 1"/><cylinder joint="a"/>
     <muscle joint="a"/>
   </actuator>
   <keyframe><key qpos="0 0 0 0 0 1 0 0 0"/></keyframe>

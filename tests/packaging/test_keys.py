@@ -56,6 +56,7 @@ OPTIONAL = {  # extras: imported where they are used, with a message that says w
     "llvmlite",
     "lz4",
     "matplotlib",
+    "mujoco",
     "pyarrow",
     "rosbags",
     "viser",

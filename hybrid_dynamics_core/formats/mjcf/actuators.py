@@ -2,118 +2,128 @@
 
 from __future__ import annotations
 
-from ...ground.suggestions import suggestion
 from ..xml.located_xml import LocatedElement
-from ..xml.reader import XmlReader
 from .bodies import BodyReader
-from .joints import largest_of, range_word
+from .compiler.compiled import Actuator
+from .compiler.model import MjcfModel
+from .joints import largest_of
+from .settings import Settings
 from .tendons import TendonReader
 
-_JOINT_WORDS = ("joint", "jointinparent")
-_OTHER_TRANSMISSIONS = ("site", "body", "cranksite", "slidersite", "refsite")
-_BOUNDS = {"forcerange": "forcelimited", "ctrlrange": "ctrllimited"}
+_ON_A_JOINT = ("joint", "jointinparent")
+_WRENCHES = {
+    "crank": "through a crank",
+    "site": "a site, which is a wrench",
+    "body": "a body, which is adhesion",
+    "other": "what is no joint",
+}
+_RANGES = {"forcerange": "forcelimited", "ctrlrange": "ctrllimited"}
 
 
 class ActuatorReader:
     """Reads <actuator>."""
 
-    def __init__(self, xml: XmlReader, bodies: BodyReader, tendons: TendonReader) -> None:
-        self.xml = xml
+    def __init__(self, model: MjcfModel, bodies: BodyReader, tendons: TendonReader) -> None:
+        self.model = model
+        self.xml = model.xml
         self.tendons = tendons
-        self.pulled: list[tuple[LocatedElement, list[str]]] = []  # joints of a tendon
-        self.bodies = bodies
-        self.on_joints: dict[str, list[LocatedElement]] = {}
-        self.single: set[str] = set()  # hinges and slides
-        for joint in bodies.joints:
-            if any(freedom.name == joint.name for freedom in joint.freedoms):
-                self.single.add(joint.name)
+        self.names = bodies.single_joints()
+        self.pulled: list[tuple[Actuator, list[str]]] = []  # with the joints of its tendon
+        self.on_joints: dict[str, list[Actuator]] = {}
 
-    def driven(self) -> dict[str, LocatedElement]:
-        """The joints that are driven, in the order of the file.
-
-        Raises:
-            DescriptionError: an actuator drives something else than a hinge or slide.
-        """
+    def driven(self, settings: Settings) -> dict[str, LocatedElement]:
+        """The joints that are driven, in the order of the file."""
         driven: dict[str, LocatedElement] = {}
-        for section in self.xml.root.all("actuator"):
-            for element in section.children:
-                joint = self._joint(element)
+        if not settings.has("actuation"):
+            return driven
+        for actuator in self.model.content.actuators:
+            element = self.model.element(actuator.line)
+            if actuator.group in self.model.content.disabled_groups:
+                self._leave_out(element, f"its group {actuator.group} is disabled")
+                continue
+            joint = self._joint(actuator, element)
+            if joint:
                 driven.setdefault(joint, element)
-                self.on_joints.setdefault(joint, []).append(element)
+                self.on_joints.setdefault(joint, []).append(actuator)
         return driven
 
-    def _joint(self, element: LocatedElement) -> str:
-        for word in _OTHER_TRANSMISSIONS:
-            if element.get(word):
-                raise self.xml.error_at(
-                    element,
-                    f"drives a {word}, which is not covered; expected joint=, a hinge or slide",
-                )
-        if element.get("tendon"):
-            joints = list(self.tendons.coefficients(element, element.get("tendon")))
-            self.pulled.append((element, joints))
-            return joints[0]
-        names = [element.get(word) for word in _JOINT_WORDS if element.get(word)]
-        if len(names) != 1:
-            raise self.xml.error_at(element, f"drives {len(names)} joints; expected one")
-        (name,) = names
-        if name in self.single:
-            return name
-        hint = suggestion(name, self.single)
-        if any(joint.name == name for joint in self.bodies.joints):
-            hint = ": a ball or free joint has three or six axes"
-        raise self.xml.error_at(element, f"drives '{name}', which is no hinge and no slide{hint}")
+    def _joint(self, actuator: Actuator, element: LocatedElement) -> str:
+        """The first joint that an actuator drives; nothing where it drives none."""
+        if actuator.kind in _ON_A_JOINT:
+            if actuator.target in self.names:
+                return self.names[actuator.target]
+            self._leave_out(element, "it drives a ball or free joint, which has several axes")
+            return ""
+        if actuator.kind != "tendon":
+            self._leave_out(element, f"it drives {_WRENCHES[actuator.kind]}")
+            return ""
+        tendon = self.model.content.tendons[actuator.target]
+        if not tendon.terms:
+            self._leave_out(element, f"it pulls the spatial tendon {tendon.name}")
+            return ""
+        joints = list(self.tendons.coefficients(actuator.target, element))
+        self.pulled.append((actuator, joints))
+        return joints[0]
 
-    def check_tendons(self) -> None:
-        """Check that a drive that pulls several joints moves one coordinate, as all are coupled.
+    def _leave_out(self, element: LocatedElement, reason: str) -> None:
+        self.xml.note(element, f"<{element.tag}> is left out: {reason}")
 
-        Raises:
-            DescriptionError: it drives a sum of independent coordinates.
-        """
-        for element, joints in self.pulled:
-            leading: set[str] = set()
-            for joint in joints:
-                coefficients, _ = self.tendons.of_leading_joints({joint: 1.0})
-                leading.update(coefficients)
-            if len(leading) > 1:
-                raise self.xml.error_at(
-                    element,
-                    f"drives a tendon of {', '.join(joints)}, which no equality couples; expected"
-                    " one coordinate: joint=, or a tendon of joints that follow one another",
-                )
+    def add_pulled(self, driven: dict[str, LocatedElement]) -> None:
+        """Let a drive that pulls joints which nothing couples drive each of them."""
+        for actuator, joints in self.pulled:
+            terms = dict.fromkeys(joints, 1.0)
+            leading, _ = self.tendons.of_leading_joints(terms)
+            if len(leading) < 2:
+                continue
+            element = self.model.element(actuator.line)
+            for name in leading:
+                driven.setdefault(name, element)
+            self.xml.note(
+                element,
+                f"drives a tendon of {', '.join(joints)}, which no equality couples; each of them"
+                " is taken as driven",
+            )
+
+    # -- effort limits
 
     def add_effort_limits(self) -> None:
-        """Limit the efforts of joints to what their actuators give, where joints do not say."""
+        """Limit the efforts of joints to what their actuators give."""
         joints = self.xml.document.section("joints")
-        pulled = [element for element, _ in self.pulled]
-        for name, elements in self.on_joints.items():
+        pulling = [actuator for actuator, _ in self.pulled]
+        for name, actuators in self.on_joints.items():
             limits: list[float] = []
-            for element in elements:
-                limits.extend(self._effort(element, name))
-                if element in pulled:  # a tendon has another lever
+            for actuator in actuators:
+                limits.extend(self._effort(actuator))
+                if actuator in pulling:  # a tendon has another lever
+                    element = self.model.element(actuator.line)
                     self.xml.note(element, "the effort limit of a tendon's drive is left out")
                     limits = []
-            if len(limits) == len(elements) and joints[name]["type"] != "fixed":
-                joints[name].setdefault("effort_limit", sum(limits))
+            entry = joints[name]
+            if len(limits) == len(actuators) and entry["type"] != "fixed":
+                total = sum(limits)
+                entry["effort_limit"] = min(total, entry.get("effort_limit", total))
 
-    def _effort(self, element: LocatedElement, name: str) -> list[float]:
+    def _effort(self, actuator: Actuator) -> list[float]:
         """The largest effort along a joint; none where it has no bound."""
-        key = ("joints", name, "effort_limit")
-        gear, *others = self.xml.leading_numbers(element, "gear", key) or [1.0]
+        element = self.model.element(actuator.line)
+        gear, *others = actuator.gear
         if gear != 1.0 or any(others):
-            text = (
-                f"gear of <{element.tag}> is {element.get('gear')}; efforts here are of the joint"
-            )
+            shown = element.get("gear", f"{gear:g}")
+            text = f"gear of <{element.tag}> is {shown}; efforts here are of the joint"
             self.xml.note(element, text)
         bounds: list[float] = []
-        for attribute, word in _BOUNDS.items():
-            is_motor = element.tag == "motor"  # its control is its force
-            if attribute == "ctrlrange" and not is_motor:
-                continue
-            limited = range_word(self.xml, element, word, key)
-            bound = largest_of(self.xml, element, attribute, key)
-            if bound is not None and limited == "false":
-                self.xml.note(element, f'{attribute} is left out: {word}="false"')
-            elif bound is not None:
-                bounds.append(abs(gear) * bound)
+        for word, limits in self._ranges(actuator, element).items():
+            factor = abs(gear * actuator.gain) if word == "ctrlrange" else abs(gear)
+            bounds.append(factor * largest_of(self.model, actuator.line, word, limits))
         return [min(bounds)] if bounds else []
+
+    def _ranges(self, actuator: Actuator, element: LocatedElement) -> dict[str, list[float]]:
+        """Ranges that bound the force of an actuator, by their words."""
+        ranges = {"forcerange": actuator.force_range}
+        if actuator.gain:  # its control is its force
+            ranges["ctrlrange"] = actuator.control_range
+        for word, limits in ranges.items():
+            if not limits and word in element.attributes:
+                text = f'{word} is left out: {_RANGES[word]}="false"'
+                self.xml.note(element, text)
+        return {word: limits for word, limits in ranges.items() if limits}

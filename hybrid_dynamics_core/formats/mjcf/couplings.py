@@ -9,12 +9,11 @@ from ...description.document import Data
 from ...description.geometry import Transform, rotation_about, rotation_from_rpy, unit_axis
 from ...errors import DescriptionError
 from ...ground.arrays import frozen
-from ...ground.suggestions import suggestion
 from ..xml.located_xml import LocatedElement
-from ..xml.reader import XmlReader
-from .bodies import BodyReader, pose_entry
-
-_DEFAULT_POLYNOMIAL = (0.0, 1.0, 0.0, 0.0, 0.0)
+from .bodies import BodyReader
+from .compiler.compiled import Equality
+from .compiler.model import MjcfModel
+from .poses import pose_entry
 
 
 @dataclass(frozen=True)
@@ -36,34 +35,33 @@ class _Coupling:
 class CouplingReader:
     """Reads <joint> of <equality>."""
 
-    def __init__(self, xml: XmlReader, bodies: BodyReader) -> None:
-        self.xml = xml
-        self.document = xml.document
+    def __init__(self, model: MjcfModel, bodies: BodyReader) -> None:
+        self.model = model
+        self.xml = model.xml
+        self.document = model.xml.document
+        self.names = bodies.single_joints()
         self.refs: dict[str, float] = {}  # of hinges and slides
-        for joint in bodies.joints:
-            for freedom in joint.freedoms:
-                if freedom.name == joint.name:
-                    self.refs[joint.name] = freedom.ref
+        for number, name in self.names.items():
+            self.refs[name] = model.content.joints[number].drawn
         self.couplings: list[_Coupling] = []
 
-    def read(self, element: LocatedElement) -> None:
-        """Read one coupling.
+    def read(self, equality: Equality) -> None:
+        """Read one coupling: deviations from the drawn pose are a polynomial of each other.
 
         Raises:
-            DescriptionError: it is no polynomial of first degree between two joints.
+            DescriptionError: it is no polynomial of first degree.
         """
-        follower = self._joint(element, "joint1")
-        key = ("joints", follower, "mimic")
-        given = self.xml.leading_numbers(element, "polycoef", key)
-        polynomial = [*given, *_DEFAULT_POLYNOMIAL[len(given) :]]
-        offset, multiplier, *higher = polynomial
-        if any(higher):
+        element = self.model.element(equality.line)
+        first, second = equality.ends
+        offset, multiplier, *higher = equality.data[:5]
+        if second >= 0 and any(higher):
             problem = f"polycoef is '{element.get('polycoef')}'; expected one of first degree"
             raise self._error(element, problem)
+        follower = self.names[first]
         offset += self.refs[follower]
         multipliers: dict[str, float] = {}
-        if element.get("joint2") and multiplier:
-            source = self._joint(element, "joint2")
+        if second >= 0 and multiplier:
+            source = self.names[second]
             offset -= multiplier * self.refs[source]
             multipliers[source] = multiplier
         self.couple(follower, multipliers, offset, element)
@@ -142,13 +140,6 @@ class CouplingReader:
             "origin": pose_entry(held),
         }
         self.xml.note(element, f"joint {name} is held at {coordinate:g}")
-
-    def _joint(self, element: LocatedElement, word: str) -> str:
-        name = element.get(word)
-        if name not in self.refs:
-            hint = suggestion(name, self.refs)
-            raise self._error(element, f"{word} is '{name}', which is no hinge and no slide{hint}")
-        return name
 
     def _error(self, element: LocatedElement, problem: str) -> DescriptionError:
         return self.xml.error(element, ("equality", element.get("name") or "joint"), problem)

@@ -5,48 +5,76 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...ground.regular_files import may_be_file
-from ..xml.located_xml import LocatedElement, read_xml
+from ..packages import PackageError, Packages
+from ..xml.located_xml import MAX_DEPTH, MAX_ELEMENTS, LocatedElement, read_xml
 from ..xml.reader import XmlReader
 
 _ROOTS = ("mujoco", "mujocoinclude")
+_MAX_FILES = 500
 
 
-def open_includes(xml: XmlReader) -> None:
+def open_includes(xml: XmlReader, packages: Packages) -> None:
     """Put the content of included files in place of every <include>.
 
-    Paths start at the folder of the first file. A file is included once.
+    Paths start at the folder of the including file, or of the first file. A file is included once.
+
+    Args:
+        xml: the first file.
+        packages: know which files it may read.
 
     Raises:
-        DescriptionError: a file is not there, is included twice, or is no MJCF.
+        DescriptionError: a file is not there or out of reach, is included twice, or is no MJCF.
     """
-    _open_inside(xml, xml.root, {xml.file.resolve()})
+    _Includes(xml, packages).open_inside(xml.root, xml.file.parent)
 
 
-def _open_inside(xml: XmlReader, element: LocatedElement, opened: set[Path]) -> None:
-    children: list[LocatedElement] = []
-    for child in element.children:
-        if child.tag == "include":
-            root = _included(xml, child, opened)
-            _open_inside(xml, root, opened)
-            children.extend(root.children)
-        else:
-            _open_inside(xml, child, opened)
-            children.append(child)
-    element.children = children
+class _Includes:
+    def __init__(self, xml: XmlReader, packages: Packages) -> None:
+        self.xml = xml
+        self.packages = packages
+        self.opened = {xml.file.resolve()}
+        self.count = 0
 
+    def open_inside(self, element: LocatedElement, folder: Path, depth: int = 1) -> None:
+        children: list[LocatedElement] = []
+        for child in element.children:
+            self.require_size(child, depth)
+            if child.tag == "include":
+                root, inner = self.included(child, folder)
+                self.open_inside(root, inner, depth)
+                children.extend(root.children)
+            else:
+                self.open_inside(child, folder, depth + 1)
+                children.append(child)
+        element.children = children
 
-def _included(xml: XmlReader, include: LocatedElement, opened: set[Path]) -> LocatedElement:
-    """The root of an included file."""
-    name = include.get("file")
-    file = xml.file.parent / name
-    if not may_be_file(file):
-        problem = f"includes '{name}', which is not there; paths start at {xml.file.parent}"
-        raise xml.error(include, ("include",), problem)
-    if file.resolve() in opened:
-        raise xml.error(include, ("include",), f"includes '{name}', which is included already")
-    opened.add(file.resolve())
-    root = read_xml(file)
-    if root.tag not in _ROOTS:
-        problem = f"includes '{name}', whose root is <{root.tag}>; expected <mujoco>"
-        raise xml.error(include, ("include",), problem)
-    return root
+    def require_size(self, element: LocatedElement, depth: int) -> None:
+        self.count += 1
+        if self.count > MAX_ELEMENTS or depth >= MAX_DEPTH or len(self.opened) > _MAX_FILES:
+            raise self.xml.error(element, ("include",), "too many elements or files for a robot")
+
+    def included(self, include: LocatedElement, folder: Path) -> tuple[LocatedElement, Path]:
+        """The root of an included file, and its folder."""
+        name = include.get("file")
+        file = self.file(include, name, folder)
+        if file.resolve() in self.opened:
+            problem = f"includes '{name}', which is included already"
+            raise self.xml.error(include, ("include",), problem)
+        self.opened.add(file.resolve())
+        root = read_xml(file)
+        if root.tag not in _ROOTS:
+            problem = f"includes '{name}', whose root is <{root.tag}>; expected <mujoco>"
+            raise self.xml.error(include, ("include",), problem)
+        return root, file.parent
+
+    def file(self, include: LocatedElement, name: str, folder: Path) -> Path:
+        for start in dict.fromkeys((folder, self.xml.file.parent)):
+            file = start / name
+            try:
+                self.packages.require(file)
+            except PackageError as error:
+                raise self.xml.error(include, ("include",), f"includes {error}") from error
+            if may_be_file(file):
+                return file
+        problem = f"includes '{name}', which is not there; paths start at {self.xml.file.parent}"
+        raise self.xml.error(include, ("include",), problem)

@@ -1,27 +1,19 @@
-"""Joints of MJCF: a chain of hinges and slides, with limits, friction, rotors and springs.
-
-A ball joint is three hinges in a row, a free joint three slides and three hinges. Massless links
-stand between the joints of one body.
-"""
+"""Joints of MJCF: hinges and slides, with limits, friction, rotors and springs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from ...description.document import Data, KeyPath
+from ...description.document import Data
 from ...description.geometry import Transform
-from ...ground.arrays import Array, frozen
-from ..xml.located_xml import LocatedElement
-from ..xml.reader import XmlReader
-from .poses import PoseReader
-from .vocabulary import JOINT_NUMBERS
+from ...errors import DescriptionError
+from ...ground.arrays import frozen
+from .compiler.compiled import Actuator, Joint
+from .compiler.model import MjcfModel
+from .settings import Settings
 
-_TYPES = {"hinge": "revolute", "slide": "prismatic"}
-_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-_ZERO_VECTOR = (0.0, 0.0, 0.0)
-_RANGE_WORDS = ("auto", "true", "false")
+TYPES = {"hinge": "revolute", "slide": "prismatic"}
+_ON_A_JOINT = ("joint", "jointinparent")
 
 
 @dataclass(frozen=True)
@@ -43,237 +35,110 @@ class Freedom:
     ref: float = 0.0
 
 
-@dataclass(frozen=True)
-class MjcfJoint:
-    """A joint of the file.
-
-    Attributes:
-        name: of the joint.
-        type: in MJCF.
-        freedoms: its hinges and slides, in their order.
-        drawn: pose of its body in the world, of a free joint.
-    """
-
-    name: str
-    type: str
-    freedoms: list[Freedom]
-    drawn: Transform
-
-
 class JointReader:
-    """Reads the joints of a body."""
+    """Reads hinges and slides."""
 
-    def __init__(self, xml: XmlReader, poses: PoseReader) -> None:
-        self.xml = xml
-        self.settings = poses.settings
+    def __init__(self, model: MjcfModel, settings: Settings) -> None:
+        self.model = model
+        self.xml = model.xml
+        self.settings = settings
+        self.armatures: dict[int, float] = {}  # of actuators, by number of the joint
+        self.dampings: dict[int, float] = {}
+        for actuator in model.content.actuators:
+            self._add_rotor(actuator)
 
-    def read(
-        self, joint: LocatedElement, name: str, around: Transform, body: Transform
-    ) -> MjcfJoint:
-        """The hinges and slides of a joint.
+    def _add_rotor(self, actuator: Actuator) -> None:
+        """Add the rotor and the damping of an actuator to its joint, through its gear."""
+        if not (actuator.armature or actuator.damping or actuator.is_polynomial):
+            return
+        element = self.model.element(actuator.line)
+        joints = self.model.content.joints
+        is_on_joint = actuator.kind in _ON_A_JOINT and joints[actuator.target].kind in TYPES
+        if actuator.is_polynomial or not is_on_joint:
+            problem = (
+                "has armature or damping, which is read of actuators of a hinge or slide alone,"
+                " and as one number"
+            )
+            raise self.xml.error_at(element, problem)
+        squared = actuator.gear[0] ** 2
+        number = actuator.target
+        self.armatures[number] = self.armatures.get(number, 0.0) + squared * actuator.armature
+        self.dampings[number] = self.dampings.get(number, 0.0) + squared * actuator.damping
 
-        Args:
-            joint: the element.
-            name: of the joint.
-            around: frame in which it is given, in the body.
-            body: pose of the body, in the body around it.
+    def freedom(self, number: int, name: str) -> Freedom:
+        """The freedom of a hinge or slide.
 
         Raises:
-            DescriptionError: it is of another type, or has what a ball or free joint cannot have.
+            DescriptionError: it has a spring or damper that is not linear.
         """
-        mujoco_type = "free" if joint.tag == "freejoint" else joint.get("type", "hinge")
-        if mujoco_type in _TYPES:
-            freedoms = [self._single(joint, name, around, _TYPES[mujoco_type])]
-        elif mujoco_type == "ball":
-            freedoms = self._ball(joint, name, around)
-        elif mujoco_type == "free":
-            freedoms = self._free(joint, name, body)
-        else:
-            problem = f"is '{mujoco_type}'; expected hinge, slide, ball or free"
-            raise self.xml.error(joint, ("joints", name, "type"), problem)
-        return MjcfJoint(name, mujoco_type, freedoms, body)
-
-    def _single(
-        self, joint: LocatedElement, name: str, around: Transform, joint_type: str
-    ) -> Freedom:
-        path: KeyPath = ("joints", name)
-        axis = self.xml.numbers(joint, "axis", 3, path, _AXES["Z"])
-        unit = self.settings.angle_unit if joint_type == "revolute" else 1.0
-        ref = unit * self.xml.number(joint, "ref", path, 0.0)
+        joint = self.model.content.joints[number]
         entry: Data = {
-            "type": joint_type,
-            "axis": (around.rotation @ axis).tolist(),
-            **self._limits(joint, unit, path),
-            **self._effort_limit(joint, path),
-            **self._effects(joint, unit, path),
+            "type": TYPES[joint.kind],
+            "axis": list(joint.axis),
+            **self._limits(joint, name),
+            **self._effort_limit(joint),
+            **self._effects(joint, number, name),
         }
-        if ref:
-            entry["offset"] = -ref
-        before, after = self._place(joint, around, path)
-        return Freedom(name, entry, before, after, ref)
+        if joint.drawn:
+            entry["offset"] = -joint.drawn
+        place = Transform(translation=frozen(joint.pos))
+        return Freedom(name, entry, place, place.inverse(), joint.drawn)
 
-    def _place(
-        self, joint: LocatedElement, around: Transform, path: KeyPath
-    ) -> tuple[Transform, Transform]:
-        """The way from the frame of the body to the joint, and back."""
-        place = self.xml.numbers(joint, "pos", 3, path, _ZERO_VECTOR)
-        before = Transform(translation=frozen(around.point(np.array(place))))
-        return before, before.inverse()
-
-    # -- joints of several degrees of freedom
-
-    def _ball(self, joint: LocatedElement, name: str, around: Transform) -> list[Freedom]:
-        path: KeyPath = ("joints", name)
-        self._refuse_effects(joint, path)
-        if self._is_limited(joint, path):
-            self.xml.note(joint, f"joint {name}: the range of a ball joint is left out")
-        before, after = self._place(joint, around, path)
-        self.xml.note(joint, f"joint {name} is a ball; taken: hinges {_listed(name, '')} in a row")
-        return _hinges(name, before, after)
-
-    def _free(self, joint: LocatedElement, name: str, body: Transform) -> list[Freedom]:
-        """Slides along the axes of the world, then hinges from the pose in which it is drawn."""
-        path: KeyPath = ("joints", name)
-        self._refuse_effects(joint, path)
-        freedoms: list[Freedom] = []
-        before = Transform(translation=body.translation)
-        for letter, axis in _AXES.items():
-            entry = {"type": "prismatic", "axis": list(axis)}
-            freedoms.append(Freedom(f"{name}_along_{letter}", entry, before))
-            before = Transform()
-        turned = Transform(body.rotation)
-        slides = _listed(name, "along_")
-        hinges = _listed(name, "")
-        self.xml.note(
-            joint,
-            f"joint {name} is free; taken: slides {slides} and hinges {hinges} in a row, zero as"
-            " drawn",
-        )
-        return [*freedoms, *_hinges(name, turned, Transform())]
-
-    def _refuse_effects(self, joint: LocatedElement, path: KeyPath) -> None:
-        """Refuse what acts on the whole turn of a ball, which three hinges cannot say."""
-        for attribute in sorted(JOINT_NUMBERS - {"springref"}):
-            values = self.xml.leading_numbers(joint, attribute, path)
-            if any(values):
-                raise self.xml.error(
-                    joint,
-                    (*path, attribute),
-                    f"{attribute} of a ball or free joint is '{joint.get(attribute)}', which acts"
-                    " on its angular velocity, not on hinges in a row; expected 0: take it out, or"
-                    " write three hinges" + _from_class(joint),
-                )
-
-    # -- limits and effects
-
-    def _limits(self, joint: LocatedElement, unit: float, path: KeyPath) -> Data:
-        if not self._is_limited(joint, path):
+    def _limits(self, joint: Joint, name: str) -> Data:
+        if not self.settings.has("limit"):
             return {}
-        limits = self.xml.numbers(joint, "range", 2, (*path, "limits"))
-        return {"limits": [unit * limit for limit in limits]}
+        if joint.is_limited:
+            return {"limits": list(joint.range)}
+        element = self.model.joint_element(joint)
+        if "range" in element.attributes:
+            text = f"joint {name}: the range {element.get('range')} is no limit, as in MuJoCo"
+            self.xml.note(element, text)
+        return {}
 
-    def _effort_limit(self, joint: LocatedElement, path: KeyPath) -> Data:
-        """The largest effort."""
-        key = (*path, "effort_limit")
-        if range_word(self.xml, joint, "actuatorfrclimited", path) == "false":
+    def _effort_limit(self, joint: Joint) -> Data:
+        if not joint.has_effort_range:
             return {}
-        largest = largest_of(self.xml, joint, "actuatorfrcrange", key)
-        return {} if largest is None else {"effort_limit": largest}
+        largest = largest_of(self.model, joint.line, "actuatorfrcrange", joint.effort_range)
+        return {"effort_limit": largest}
 
-    def _is_limited(self, joint: LocatedElement, path: KeyPath) -> bool:
-        """Whether a joint has limits: what `limited` says, or else a range above zero."""
-        limited = range_word(self.xml, joint, "limited", path)
-        if limited != "auto":
-            return limited == "true"
-        if "range" not in joint.attributes:
-            return False
-        if not self.settings.are_limits_automatic:
-            problem = 'has a range and autolimits="false"; say limited="true" or "false"'
-            raise self.xml.error(joint, path, problem)
-        lower, upper = self.xml.numbers(joint, "range", 2, (*path, "limits"))
-        if lower < upper:
-            return True
-        _, name = path
-        text = f"joint {name}: the range {lower:g} {upper:g} is no limit, as in MuJoCo"
-        self.xml.note(joint, text)
-        return False
-
-    def _effects(self, joint: LocatedElement, unit: float, path: KeyPath) -> Data:
+    def _effects(self, joint: Joint, number: int, name: str) -> Data:
         """Friction, drive and spring of a joint."""
-        numbers: dict[str, float] = {}
-        for attribute in sorted(JOINT_NUMBERS.intersection(joint.attributes)):
-            numbers[attribute] = self._first_degree(joint, attribute, path)
+        self._require_linear(joint, name)
+        viscous = 0.0
+        coulomb = 0.0
+        if self.settings.has("damper"):
+            viscous = joint.damping + self.dampings.get(number, 0.0)
+        if self.settings.has("frictionloss"):
+            coulomb = joint.frictionloss
         entries: Data = {}
-        if "damping" in numbers or "frictionloss" in numbers:
-            viscous = numbers.get("damping", 0.0)
-            coulomb = numbers.get("frictionloss", 0.0)
+        if viscous or coulomb:
             entries["friction"] = {"viscous": viscous, "coulomb": coulomb}
-        if "armature" in numbers:
-            entries["drive"] = {"rotor_inertia": numbers["armature"]}
-        if "stiffness" in numbers:
-            rest = unit * numbers.get("springref", 0.0)
-            entries["spring"] = {"stiffness": numbers["stiffness"], "rest": rest}
+        armature = joint.armature + self.armatures.get(number, 0.0)
+        if armature:
+            entries["drive"] = {"rotor_inertia": armature}
+        if joint.stiffness and self.settings.has("spring"):
+            entries["spring"] = {"stiffness": joint.stiffness, "rest": joint.spring_reference}
         return entries
 
-    def _first_degree(self, joint: LocatedElement, attribute: str, path: KeyPath) -> float:
-        """A number that may go on as a polynomial, whose higher terms have to be zero."""
-        if len(joint.get(attribute).split()) < 2:
-            return self.xml.number(joint, attribute, path)
-        first, *higher = self.xml.leading_numbers(joint, attribute, path)
-        if any(higher):
-            problem = f"{attribute} is a polynomial; expected its first number alone"
-            raise self.xml.error(joint, path, problem)
-        return first
+    def _require_linear(self, joint: Joint, name: str) -> None:
+        problem = ""
+        if joint.is_polynomial:
+            problem = "stiffness or damping is a polynomial; expected its first number alone"
+        elif joint.spring_yield and joint.stiffness:
+            problem = f"springyield is {joint.spring_yield:g}, beyond which a spring is no spring"
+        if problem:
+            raise self._error(joint, name, problem)
+
+    def _error(self, joint: Joint, name: str, problem: str) -> DescriptionError:
+        return self.xml.error(self.model.joint_element(joint), ("joints", name), problem)
 
 
-def _hinges(name: str, before: Transform, after: Transform) -> list[Freedom]:
-    """Hinges about x, y and z, whose axes meet."""
-    freedoms: list[Freedom] = []
-    for letter, axis in _AXES.items():
-        entry = {"type": "revolute", "axis": list(axis)}
-        freedoms.append(Freedom(f"{name}_{letter}", entry, before))
-        before = Transform()
-    last = freedoms.pop()
-    freedoms.append(Freedom(last.name, last.entry, last.before, after))
-    return freedoms
-
-
-def _listed(name: str, prefix: str) -> str:
-    return ", ".join(f"{name}_{prefix}{letter}" for letter in _AXES)
-
-
-def _from_class(joint: LocatedElement) -> str:
-    if joint.tag == "joint" and joint.get("type") == "free":
-        return " (a <freejoint> has no defaults)"
-    return ""
-
-
-def angles_of(rotation: Array) -> list[float]:
-    """Angles [rad] of hinges about x, y and z in a row that make up a rotation (3, 3)."""
-    pitch = float(np.arcsin(np.clip(rotation[0, 2], -1.0, 1.0)))
-    roll = float(np.arctan2(-rotation[1, 2], rotation[2, 2]))
-    yaw = float(np.arctan2(-rotation[0, 1], rotation[0, 0]))
-    return [roll, pitch, yaw]
-
-
-def largest_of(
-    xml: XmlReader, element: LocatedElement, attribute: str, key: KeyPath
-) -> float | None:
+def largest_of(model: MjcfModel, line: str, word: str, limits: list[float]) -> float:
     """The larger end of a range of efforts, with a note where its ends differ."""
-    if attribute not in element.attributes:
-        return None
-    lower, upper = xml.numbers(element, attribute, 2, key)
+    lower, upper = limits
     largest = max(-lower, upper)
     if lower != -upper:
-        text = f"{attribute} of <{element.tag}> is {lower:g} to {upper:g}; kept: {largest:g}"
-        xml.note(element, text)
+        element = model.element(line)
+        text = f"{word} of <{element.tag}> is {lower:g} to {upper:g}; kept: {largest:g}"
+        model.xml.note(element, text)
     return largest
-
-
-def range_word(xml: XmlReader, element: LocatedElement, attribute: str, key: KeyPath) -> str:
-    """Whether a range holds: auto, true or false."""
-    word = element.get(attribute, "auto")
-    if word not in _RANGE_WORDS:
-        problem = f"{attribute} is '{word}'; expected {' or '.join(_RANGE_WORDS)}"
-        raise xml.error(element, key, problem)
-    return word

@@ -1,6 +1,6 @@
 """MJCF -> a document: bodies on hinges and slides, closures, followers, driven joints.
 
-Defaults, degrees and every way to give an orientation are read as MuJoCo reads them. What would
+MuJoCo itself parses and compiles the file, so every word means what it means there. What would
 change the robot and has no words here is refused with its line. All else is left out, with a note.
 """
 
@@ -9,36 +9,39 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from ...description.defaults import driven_joints, farthest_link
 from ...description.document import Document
-from ...description.geometry import IDENTITY, rotation_from_quaternion
-from ...ground.arrays import Array
+from ...description.geometry import Transform
+from ...ground.file_options import NO_OPTIONS, FileOptions
 from ..extras_reader import TAG, read_extras
+from ..packages import Packages
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from ..xml.vocabulary import VocabularyCheck
 from .actuators import ActuatorReader
-from .bodies import WORLD, BodyReader, pose_entry
+from .bodies import BodyReader
+from .closures import ClosureReader
+from .compiler.model import MjcfModel
 from .couplings import CouplingReader
-from .defaults import apply_defaults
-from .equalities import ClosureReader, is_active
 from .includes import open_includes
-from .joints import MjcfJoint, angles_of
-from .poses import PoseReader
-from .settings import SettingsReader
+from .names import WORLD
+from .poses import pose_entry, pose_of
+from .settings import Settings
+from .several_freedoms import WIDTHS, coordinates
 from .tendons import TendonReader
 from .vocabulary import ADVICE, MJCF
 
-_WIDTHS = {"free": 7, "ball": 4, "hinge": 1, "slide": 1}  # numbers in qpos
 
-
-def mjcf_document(root: LocatedElement, file: Path) -> Document:
+def mjcf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OPTIONS) -> Document:
     """The document of an MJCF file.
 
+    Args:
+        root: of the file.
+        file: its path; meshes and included files are below its folder, or the search path.
+        options: what it is read with.
+
     Raises:
-        DescriptionError: the file says what is not covered.
+        DescriptionError: MuJoCo does not take it, or it says what is not covered.
     """
     data = {
         "format": 1,
@@ -49,41 +52,43 @@ def mjcf_document(root: LocatedElement, file: Path) -> Document:
         "closures": {},
         "source": file.name,
     }
-    document = Document(data, file, {})
+    document = Document(data, file, {}, options)
     xml = XmlReader(file, root, document)
-    open_includes(xml)
+    packages = Packages(file, options.search_path)
+    open_includes(xml, packages)
     check = VocabularyCheck(xml, MJCF, ADVICE)
     check.check(root)
     check.add_notes()
-    apply_defaults(xml)
-    _MjcfReader(xml).read()
+    _MjcfReader(MjcfModel(xml, packages)).read()
     if "end_effector" not in document.data:
         document.data["end_effector"] = {"link": farthest_link(document)}
     return document
 
 
 class _MjcfReader:
-    def __init__(self, xml: XmlReader) -> None:
-        self.xml = xml
-        self.document = xml.document
-        self.settings = SettingsReader(xml).read()
-        poses = PoseReader(xml, self.settings)
-        self.bodies = BodyReader(xml, poses)
+    def __init__(self, model: MjcfModel) -> None:
+        self.model = model
+        self.xml = model.xml
+        self.document = model.xml.document
+        self.settings = Settings(model)
+        self.bodies = BodyReader(model, self.settings)
 
     def read(self) -> None:
         """Fill the document."""
+        self.settings.read(self.bodies.moving)
         self.document.data["gravity"] = self.settings.gravity
         self.bodies.read()
         for link in self.document.section("links"):
             self.document.rounded_links.add(link)  # saved files have six digits
-        couplings = CouplingReader(self.xml, self.bodies)
-        tendons = TendonReader(self.xml, couplings)
-        actuators = ActuatorReader(self.xml, self.bodies, tendons)
-        driven = actuators.driven()
+        couplings = CouplingReader(self.model, self.bodies)
+        tendons = TendonReader(self.model, couplings)
+        tendons.check(self.settings.disabled)
+        actuators = ActuatorReader(self.model, self.bodies, tendons)
+        driven = actuators.driven(self.settings)
         self.add_equalities(couplings, tendons)
         couplings.add(driven)
         tendons.add(driven)
-        actuators.check_tendons()
+        actuators.add_pulled(driven)
         actuators.add_effort_limits()
         self.add_active(driven)
         self.add_reference()
@@ -91,33 +96,41 @@ class _MjcfReader:
 
     def add_equalities(self, couplings: CouplingReader, tendons: TendonReader) -> None:
         """Add closures and read followers; sites that no closure ties become frames."""
-        closures = ClosureReader(self.xml, self.bodies)
-        for section in self.xml.root.all("equality"):
-            for element in section.children:
-                if not is_active(self.xml, element):
-                    self.xml.note(element, f'<{element.tag}> is left out: active="false"')
-                elif element.tag == "joint":
-                    couplings.read(element)
-                elif element.tag == "tendon":
-                    tendons.read(element)
-                else:
-                    closures.add(element)
+        closures = ClosureReader(self.model, self.bodies)
+        for equality in self.model.content.equalities:
+            element = self.model.element(equality.line)
+            if not equality.is_active:
+                self.xml.note(element, f'<{element.tag}> is left out: active="false"')
+            elif not self.settings.has("equality"):
+                continue
+            elif equality.kind == "joint":
+                couplings.read(equality)
+            elif equality.kind == "tendon":
+                tendons.read(equality)
+            elif equality.kind == "other":
+                raise closures.error(equality, f"<{element.tag}> is not covered{ADVICE}")
+            else:
+                closures.add(equality)
         self.add_sites(closures.tied_sites)
 
-    def add_sites(self, tied: set[str]) -> None:
+    def add_sites(self, tied: set[int]) -> None:
         """Make sites that no closure ties frames."""
         frames = self.document.section("frames")
         links = self.document.section("links")
-        for name, site in self.bodies.sites.items():
-            if name in tied:
+        for number, site in enumerate(self.model.content.sites):
+            if number in tied:
                 continue
-            frame = name
-            if name in links or name == WORLD:
-                frame = f"{name}_site"
-                self.xml.note(
-                    site.element, f"site {name} has the name of a body; called here {frame}"
-                )
-            frames[frame] = {"link": site.link, **pose_entry(site.pose)}
+            element = self.model.element(site.line)
+            frame = site.name
+            if not frame:
+                self.xml.note(element, "<site> without a name is left out")
+                continue
+            if frame in links or frame == WORLD:
+                frame = f"{site.name}_site"
+                text = f"site {site.name} has the name of a body; called here {frame}"
+                self.xml.note(element, text)
+            place = self.bodies.site(number)
+            frames[frame] = {"link": place.link, **pose_entry(place.pose)}
 
     # -- drives and reference
 
@@ -143,30 +156,24 @@ class _MjcfReader:
 
     def add_reference(self) -> None:
         """Read the first keyframe with coordinates; without one, the robot is as drawn."""
-        key = self.first_key()
-        reference = self.drawn() if key is None else self.coordinates(key)
+        for keyframe in self.xml.root.all("keyframe"):
+            for key in keyframe.all("key"):
+                if key is not self.model.key:
+                    self.xml.note(key, "<key> is left out; the first with qpos is the reference")
+        reference = self.drawn()
+        if self.model.content.key:
+            reference = self.coordinates(self.model.content.key)
         for name, joint in self.document.section("joints").items():
             if joint["type"] == "fixed":
                 reference.pop(name, None)
         self.document.data["reference"] = reference
 
-    def first_key(self) -> LocatedElement | None:
-        """The first keyframe with coordinates; all others are left out with a note."""
-        first: LocatedElement | None = None
-        for keyframe in self.xml.root.all("keyframe"):
-            for key in keyframe.all("key"):
-                if first is None and "qpos" in key.attributes:
-                    first = key
-                else:
-                    self.xml.note(key, "<key> is left out; the first with qpos is the reference")
-        return first
-
     def drawn(self) -> dict[str, float]:
         """The coordinates of all joints as the file draws them, within their limits."""
         joints = self.document.section("joints")
         coordinates: dict[str, float] = {}
-        for joint in self.bodies.joints:
-            for freedom in joint.freedoms:
+        for freedoms in self.bodies.freedoms.values():
+            for freedom in freedoms:
                 limits = joints[freedom.name].get("limits", (freedom.ref, freedom.ref))
                 coordinates[freedom.name] = self.within(freedom.name, limits, freedom.ref)
         return coordinates
@@ -181,18 +188,18 @@ class _MjcfReader:
             )
         return nearest
 
-    def coordinates(self, key: LocatedElement) -> dict[str, float]:
+    def coordinates(self, key: list[float]) -> dict[str, float]:
         """The coordinates of all joints in a keyframe."""
-        widths = [_WIDTHS[joint.type] for joint in self.bodies.joints]
-        values = self.xml.numbers(key, "qpos", sum(widths), ("keyframe",))
-        coordinates: dict[str, float] = {}
-        start = 0
-        for joint, width in zip(self.bodies.joints, widths, strict=True):
-            numbers = _coordinates(joint, values[start : start + width])
-            names = [freedom.name for freedom in joint.freedoms]
-            coordinates.update(zip(names, numbers, strict=True))
-            start += width
-        return coordinates
+        values: dict[str, float] = {}
+        for number, freedoms in self.bodies.freedoms.items():
+            joint = self.model.content.joints[number]
+            body = self.model.content.bodies[joint.body]
+            drawn: Transform = pose_of(body.pos, body.quat)
+            end = joint.address + WIDTHS[joint.kind]
+            numbers = coordinates(joint, drawn, key[joint.address : end])
+            names = [freedom.name for freedom in freedoms]
+            values.update(zip(names, numbers, strict=True))
+        return values
 
     def add_extras(self) -> None:
         """Join what this library wrote into <custom>."""
@@ -203,21 +210,3 @@ class _MjcfReader:
                     read_extras(self.document, text.get("data"), file, text.line)
                 else:
                     self.xml.note(text, "<text> is left out")
-
-
-def _coordinates(joint: MjcfJoint, numbers: list[float]) -> list[float]:
-    """Coordinates of the hinges and slides of a joint, from its numbers in qpos."""
-    if joint.type == "ball":
-        return angles_of(_turn(numbers))
-    if joint.type == "free":
-        position = np.array(numbers[:3]) - joint.drawn.translation
-        turned = joint.drawn.rotation.T @ _turn(numbers[3:])
-        return [*position.tolist(), *angles_of(turned)]
-    return numbers
-
-
-def _turn(quaternion: list[float]) -> Array:
-    """The rotation (3, 3) of a quaternion in a keyframe; MuJoCo takes zeros for no turn."""
-    if not any(quaternion):
-        return IDENTITY
-    return rotation_from_quaternion(np.array(quaternion))

@@ -1,94 +1,103 @@
-"""Settings of an MJCF file that change what its numbers mean: <compiler> and <option>."""
+"""Settings of a model: gravity, what is disabled, and what surrounds it."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from collections.abc import Collection
 
-from ..xml.reader import XmlReader
+from ..xml.located_xml import LocatedElement
+from .compiler.model import MjcfModel
 
-_GRAVITY = (0.0, 0.0, -9.81)  # of a file that does not say
-_ALL_GROUPS = (0.0, 5.0)
-_UNITS = {"degree": math.pi / 180.0, "radian": 1.0}
-_LETTERS = "xyzXYZ"
-_KEY = ("compiler",)
+_MEANINGS = {  # of what is disabled, in words
+    "constraint": "loops, couplings, limits and dry friction are left out",
+    "equality": "loops and couplings are left out",
+    "frictionloss": "dry friction is left out",
+    "limit": "limits of joints are left out",
+    "spring": "springs are left out",
+    "damper": "viscous friction is left out",
+    "gravity": "there is no gravity",
+    "actuation": "actuators are left out",
+}
+_CONSTRAINTS = ("equality", "frictionloss", "limit")
 
 
-@dataclass(frozen=True)
 class Settings:
-    """What <compiler> says; of repeated attributes the last holds, as in MuJoCo.
+    """What holds for the whole model.
 
     Attributes:
-        angle_unit: of angles in the file [rad].
-        euler_sequence: three axes; small letters turn with the body, capitals do not.
-        are_limits_automatic: whether a range limits a joint without a further word.
-        masses_from_shapes: "auto" where a body has no <inertial>, "true" always, "false" never.
-        groups: first and last group of the shapes that have a mass.
-        least_mass: [kg] to which lighter bodies are raised.
-        least_moment: [kg m^2] to which smaller principal moments are raised.
-        is_balanced: whether moments that no body has are replaced by their mean.
-        gravity: in the world [m/s^2].
+        disabled: flags that are off.
+        gravity: (3,) in the world [m/s^2].
     """
 
-    angle_unit: float
-    euler_sequence: str
-    are_limits_automatic: bool
-    masses_from_shapes: str
-    groups: tuple[float, float]
-    least_mass: float
-    least_moment: float
-    is_balanced: bool
-    gravity: list[float]
+    def __init__(self, model: MjcfModel) -> None:
+        self.model = model
+        self.xml = model.xml
+        self.disabled = set(model.content.disabled)
+        if "constraint" in self.disabled:
+            self.disabled.update(_CONSTRAINTS)
+        self.gravity: list[float] = list(model.content.gravity)
 
+    def has(self, word: str) -> bool:
+        """Whether a flag is not off."""
+        return word not in self.disabled
 
-class SettingsReader:
-    """Reads the settings of a file."""
+    def read(self, moving: Collection[int]) -> None:
+        """Check and note what changes the whole model.
 
-    def __init__(self, xml: XmlReader) -> None:
-        self.xml = xml
-
-    def read(self) -> Settings:
-        """The settings.
+        Args:
+            moving: numbers of bodies that move.
 
         Raises:
-            DescriptionError: one has a value that it cannot have.
+            DescriptionError: it moves in a fluid, or only some of its weight is compensated.
         """
-        first, last = self._numbers("compiler", "inertiagrouprange", _ALL_GROUPS)
-        return Settings(
-            angle_unit=_UNITS[self._word("angle", "degree", "radian")],
-            euler_sequence=self._euler_sequence(),
-            are_limits_automatic=self._word("autolimits", "true", "false") == "true",
-            masses_from_shapes=self._word("inertiafromgeom", "auto", "true", "false"),
-            groups=(first, last),
-            least_mass=self._numbers("compiler", "boundmass", (0.0,))[0],
-            least_moment=self._numbers("compiler", "boundinertia", (0.0,))[0],
-            is_balanced=self._word("balanceinertia", "false", "true") == "true",
-            gravity=self._numbers("option", "gravity", _GRAVITY),
-        )
+        for word in self.model.content.disabled:
+            if word in _MEANINGS:
+                element = self._element("flag", word) or self._element("flag", "passive")
+                text = f"{word} is disabled: {_MEANINGS[word]}"
+                self.xml.note(element or self.xml.root, text)
+        self._refuse_fluid()
+        if not self.has("gravity"):
+            self.gravity = [0.0, 0.0, 0.0]
+        elif any(self.gravity):
+            self._compensate(moving)
 
-    def _word(self, attribute: str, default: str, *others: str) -> str:
-        """The last value of an attribute of <compiler>, one of several words."""
-        words = (default, *others)
-        value = default
-        for compiler in self.xml.root.all("compiler"):
-            value = compiler.get(attribute, value)
-            if value not in words:
-                expected = " or ".join(words)
-                problem = f"{attribute} is '{value}'; expected {expected}"
-                raise self.xml.error(compiler, _KEY, problem)
-        return value
+    def _refuse_fluid(self) -> None:
+        for word, value in zip(("density", "viscosity"), self.model.content.fluid, strict=True):
+            if value:
+                element = self._element("option", word) or self.xml.root
+                problem = f"{word} of <option> is {value:g}: forces of a fluid are not covered"
+                raise self.xml.error(element, ("option",), f"{problem}; take it out")
 
-    def _numbers(self, tag: str, attribute: str, default: tuple[float, ...]) -> list[float]:
-        values = list(default)
-        for element in self.xml.root.all(tag):
-            values = self.xml.numbers(element, attribute, len(default), (tag,), values)
-        return values
+    def _compensate(self, moving: Collection[int]) -> None:
+        """Lower gravity by the share of the weight that MuJoCo takes off all bodies."""
+        content = self.model.content
+        bodies = [content.bodies[number] for number in sorted(moving)]
+        shares = {body.gravity_compensation for body in bodies if body.mass}
+        if shares <= {0.0}:
+            return
+        body = next(body for body in bodies if body.gravity_compensation)
+        element = self.model.element(body.line)
+        if all(joint.is_held_by_drives for joint in content.joints):
+            text = "gravcomp is left out: drives hold the weight, which is control"
+            self.xml.note(element, text)
+            return
+        if len(shares) > 1:
+            listed = ", ".join(f"{share:g}" for share in sorted(shares))
+            problem = (
+                f"gravcomp differs between moving bodies ({listed}); expected one share of the"
+                " weight for all of them, or none"
+            )
+            raise self.xml.error(element, ("links", body.name), problem)
+        (share,) = shares
+        self.gravity = [(1.0 - share) * value for value in self.gravity]
+        self.xml.note(element, f"gravcomp of all bodies is {share:g}: gravity is lowered by it")
 
-    def _euler_sequence(self) -> str:
-        sequence = "xyz"
-        for compiler in self.xml.root.all("compiler"):
-            sequence = compiler.get("eulerseq", sequence)
-            if len(sequence) != len("xyz") or sequence.strip(_LETTERS):
-                problem = f"eulerseq is '{sequence}'; expected three of the letters {_LETTERS}"
-                raise self.xml.error(compiler, _KEY, problem)
-        return sequence
+    def _element(self, tag: str, attribute: str) -> LocatedElement | None:
+        """The last element that says something."""
+        elements = [*self.xml.root.all("option")]
+        for option in self.xml.root.all("option"):
+            elements.extend(option.all("flag"))
+        saying: LocatedElement | None = None
+        for element in elements:
+            if element.tag == tag and attribute in element.attributes:
+                saying = element
+        return saying

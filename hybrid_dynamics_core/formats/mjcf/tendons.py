@@ -8,10 +8,18 @@ from dataclasses import dataclass
 from ...description.document import Data
 from ...description.followers import mimic_entry, multipliers_of
 from ...errors import DescriptionError
-from ...ground.suggestions import suggestion
 from ..xml.located_xml import LocatedElement
-from ..xml.reader import XmlReader
+from .compiler.compiled import Equality, Tendon
+from .compiler.model import MjcfModel
 from .couplings import CouplingReader
+
+_FLAGS = {  # that switch off what acts along a tendon
+    "stiffness": "spring",
+    "stiffness of higher degree": "spring",
+    "damping": "damper",
+    "damping of higher degree": "damper",
+    "frictionloss": "frictionloss",
+}
 
 
 @dataclass(frozen=True)
@@ -26,30 +34,60 @@ class _Sum:
 class TendonReader:
     """Reads <tendon>, and the equalities that hold one."""
 
-    def __init__(self, xml: XmlReader, couplings: CouplingReader) -> None:
-        self.xml = xml
-        self.document = xml.document
+    def __init__(self, model: MjcfModel, couplings: CouplingReader) -> None:
+        self.model = model
+        self.xml = model.xml
+        self.document = model.xml.document
         self.couplings = couplings
-        self.tendons: dict[str, LocatedElement] = {}
-        self.unused: list[LocatedElement] = []
-        for section in xml.root.all("tendon"):
-            self.unused.extend(section.children)
-            for tendon in section.all("fixed"):
-                self.tendons[tendon.get("name")] = tendon
+        self.tendons = model.content.tendons
+        self.used: set[int] = set()
         self.sums: list[_Sum] = []
 
-    def read(self, element: LocatedElement) -> None:
-        """Read a tendon that an equality holds at a length.
+    def check(self, disabled: Collection[str]) -> None:
+        """Refuse tendons that pull by themselves.
+
+        Args:
+            disabled: flags that are off.
 
         Raises:
-            DescriptionError: it is none of hinges and slides, or goes with a second one.
+            DescriptionError: a tendon is a spring, a damper, or has friction or a rotor.
         """
-        if element.get("tendon2"):
-            raise self._error(element, "ties two tendons; expected tendon1 alone")
-        coefficients = self.coefficients(element, element.get("tendon1"))
-        (value,) = self.xml.leading_numbers(element, "polycoef", ("equality",))[:1] or [0.0]
-        for name, coefficient in coefficients.items():
-            value += coefficient * self.couplings.refs[name]
+        for tendon in self.tendons:
+            for word, value in tendon.forces.items():
+                if _FLAGS.get(word, "") in disabled:
+                    continue
+                problem = (
+                    f"{word} is {value:g}: a tendon that pulls by itself is not covered; take it"
+                    " out, or give it to joints"
+                )
+                raise self._error(self.model.element(tendon.line), problem)
+
+    def read(self, equality: Equality) -> None:
+        """Read a sum of coordinates that an equality holds, or ties to another sum.
+
+        Raises:
+            DescriptionError: a tendon is spatial, or lengths are not tied in the first degree.
+        """
+        element = self.model.element(equality.line)
+        first, second = equality.ends
+        value, multiplier, *higher = equality.data[:5]
+        coefficients = self.coefficients(first, element)
+        value += self.tendons[first].length
+        if second >= 0:
+            if any(higher):
+                problem = f"polycoef is '{element.get('polycoef')}'; expected one of first degree"
+                raise self._error(element, problem)
+            value -= multiplier * self.tendons[second].length
+            for name, coefficient in self.coefficients(second, element).items():
+                coefficients[name] = coefficients.get(name, 0.0) - multiplier * coefficient
+        coefficients = {name: number for name, number in coefficients.items() if number}
+        if not coefficients:
+            raise self._error(element, "ties no joint")
+        self._couple(coefficients, value, element)
+
+    def _couple(
+        self, coefficients: dict[str, float], value: float, element: LocatedElement
+    ) -> None:
         sources = list(coefficients)
         if len(sources) > 2:
             self.sums.append(_Sum(coefficients, value, element))
@@ -59,38 +97,35 @@ class TendonReader:
         multipliers = {name: -other / scale for name, other in coefficients.items()}
         self.couplings.couple(follower, multipliers, value / scale, element)
 
-    def coefficients(self, element: LocatedElement, name: str) -> dict[str, float]:
+    def coefficients(self, number: int, element: LocatedElement) -> dict[str, float]:
         """The coefficient of each joint of a tendon that is not zero.
 
         Args:
+            number: of the tendon.
             element: that names the tendon.
-            name: of the tendon.
         """
-        if name not in self.tendons:
-            hint = suggestion(name, self.tendons)
-            raise self._error(element, f"there is no fixed tendon '{name}'{hint}")
-        tendon = self.tendons[name]
-        if tendon in self.unused:
-            self.unused.remove(tendon)
+        tendon: Tendon = self.tendons[number]
+        self.used.add(number)
+        if not tendon.terms:
+            problem = (
+                f"uses the spatial tendon '{tendon.name}', whose length is no sum of coordinates;"
+                " expected a fixed one"
+            )
+            raise self._error(element, problem)
         coefficients: dict[str, float] = {}
-        for joint in tendon.all("joint"):
-            joint_name = joint.get("joint")
-            if joint_name not in self.couplings.refs:
-                hint = suggestion(joint_name, self.couplings.refs)
-                raise self._error(joint, f"'{joint_name}' is no hinge and no slide{hint}")
-            coefficient = self.xml.number(joint, "coef", ("tendon", name))
-            if coefficient:
-                coefficients[joint_name] = coefficient
-        if not coefficients:
-            raise self._error(tendon, "has no joint with a coef")
+        for joint, coefficient in tendon.terms:
+            name = self.couplings.names[joint]
+            coefficients[name] = coefficients.get(name, 0.0) + coefficient
         return coefficients
 
     def add(self, driven: Collection[str]) -> None:
         """Make one joint of each sum a follower of the others, one that is not driven."""
         for tied in self.sums:
             self._add_sum(tied, driven)
-        for tendon in self.unused:
-            self.xml.note(tendon, f"<{tendon.tag}> is left out")
+        for number, tendon in enumerate(self.tendons):
+            if number not in self.used:
+                element = self.model.element(tendon.line)
+                self.xml.note(element, f"<{element.tag}> is left out")
 
     def _add_sum(self, tied: _Sum, driven: Collection[str]) -> None:
         joints = self.document.section("joints")

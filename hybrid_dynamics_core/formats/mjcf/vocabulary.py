@@ -1,7 +1,8 @@
-"""The vocabulary of MJCF: what is read, what is left out with a note, and what may not differ.
+"""The vocabulary of MJCF: what MuJoCo reads for us, and what is left out with a note.
 
-https://mujoco.readthedocs.io/en/stable/XMLreference.html. Some attributes may have only the value
-that MuJoCo takes anyway. Settings of solver, contacts, pictures and files are left out.
+https://mujoco.readthedocs.io/en/stable/XMLreference.html. What words mean is MuJoCo's to say; this
+table says which of them count. Settings of solver, contacts, pictures and files are left out. A
+word that is not here, as of a newer MuJoCo, is refused.
 """
 
 from __future__ import annotations
@@ -9,14 +10,12 @@ from __future__ import annotations
 from ..xml.vocabulary import Vocabulary, vocabulary
 
 ADVICE = "; it may change the robot, so it is not passed over: take it out"
-JOINT_NUMBERS = frozenset({"armature", "damping", "frictionloss", "stiffness", "springref"})
-DRIVES = "general motor position velocity intvelocity pid damper cylinder muscle"  # of a joint
-ORIENTATIONS = frozenset({"quat", "euler", "axisangle", "xyaxes", "zaxis"})
-_ORIENTATIONS = " ".join(sorted(ORIENTATIONS))
+DRIVES = "general motor position velocity intvelocity pid damper cylinder muscle dcmotor plugin"
+_ORIENTATIONS = "quat euler axisangle xyaxes zaxis"
 _SOLVER_SETTINGS = "solref solimp"
 _LIMIT_SETTINGS = "solreflimit solimplimit solreffriction solimpfriction margin"
-_ENABLED = "enable"
-_CONTENT = "site geom body frame"
+_CONTENT = "site geom body frame replicate"
+_DEFAULT_DRIVES = DRIVES.removesuffix(" plugin")
 _OMITTED_CONTENT = "camera light geom"
 _CONTROL = (
     "actrange actlimited lengthrange group user"
@@ -26,98 +25,76 @@ _CONTROL = (
 )
 _TRANSMISSIONS = "joint jointinparent tendon site refsite body cranksite slidersite"
 _DRIVE_WORDS = f"name class {_TRANSMISSIONS} gear forcerange forcelimited"
-_DRIVE = vocabulary(
-    _DRIVE_WORDS, omitted=f"ctrlrange ctrllimited {_CONTROL}", armature="0", damping="0"
-)
-_MOTOR = vocabulary(
-    f"{_DRIVE_WORDS} ctrlrange ctrllimited", omitted=_CONTROL, armature="0", damping="0"
-)
+_DRIVE = vocabulary(f"{_DRIVE_WORDS} armature damping", omitted=f"ctrlrange ctrllimited {_CONTROL}")
+_MOTOR = vocabulary(f"{_DRIVE_WORDS} armature damping ctrlrange ctrllimited", omitted=_CONTROL)
 _TENDON = vocabulary(
-    "name class limited",
+    "name class limited stiffness damping frictionloss armature springyield",
     "joint site geom pulley",
     omitted="range width material rgba springlength group user actuatorfrclimited actuatorfrcrange"
     f" {_LIMIT_SETTINGS}",
-    stiffness="0",
-    damping="0",
-    frictionloss="0",
-    armature="0",
-    springyield="0",
 )
 
 MJCF: dict[str, Vocabulary] = {
     "mujoco": vocabulary(
         "model",
         "compiler option default worldbody tendon equality actuator keyframe custom",
-        omitted="size visual statistic asset contact sensor",
+        omitted="size visual statistic asset contact sensor extension",
     ),
     "compiler": vocabulary(
         "angle boundmass boundinertia autolimits eulerseq balanceinertia inertiafromgeom"
-        " inertiagrouprange",
+        " inertiagrouprange settotalmass",
         omitted="alignfree assetdir meshdir texturedir strippath discardvisual convexhull usethread"
         " fusestatic fitaabb exactmeshinertia conflict passthrough saveinertial savecanonical"
         " savecompiled lengthrange",
         coordinate="local",
-        settotalmass="-1",
     ),
     "option": vocabulary(
-        "gravity",
+        "gravity density viscosity actuatorgroupdisable",
         "flag",
         "timestep apirate integrator solver iterations tolerance ls_iterations ls_tolerance"
         " noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations"
         " mpr_tolerance sdf_iterations sdf_initpoints sleep_tolerance impratio cone jacobian"
-        " collision magnetic o_margin o_solref o_solimp o_friction",
-        density="0",
-        viscosity="0",
-        wind="0",
+        " collision magnetic o_margin o_solref o_solimp o_friction wind",
     ),
     "flag": vocabulary(
+        "constraint equality frictionloss limit passive spring damper gravity actuation",
         omitted="contact clampctrl warmstart filterparent refsafe sensor midphase nativeccd"
         " multiccd island eulerdamp autoreset override energy fwdinv invdiscrete sensornoise sleep"
         " diagexact ipc speculative",
-        constraint=_ENABLED,
-        equality=_ENABLED,
-        frictionloss=_ENABLED,
-        limit=_ENABLED,
-        passive=_ENABLED,
-        spring=_ENABLED,
-        damper=_ENABLED,
-        gravity=_ENABLED,
-        actuation=_ENABLED,
     ),
     "default": vocabulary(
         "class",
-        f"default joint geom site equality tendon {DRIVES}",
-        "mesh material texture camera light pair adhesion orientation dcmotor",
+        f"default joint geom site equality tendon {_DEFAULT_DRIVES}",
+        "mesh material texture camera light pair adhesion orientation",
     ),
     "default/equality": vocabulary("active", omitted=_SOLVER_SETTINGS),
     "default/tendon": _TENDON,
     "worldbody": vocabulary("childclass", _CONTENT, f"inertial {_OMITTED_CONTENT}"),
     "body": vocabulary(
-        f"name pos childclass {_ORIENTATIONS}",
+        f"name pos childclass mocap gravcomp {_ORIENTATIONS}",
         f"inertial joint freejoint {_CONTENT}",
         f"user sleep fuse simple {_OMITTED_CONTENT}",
-        mocap="false",
-        gravcomp="0",
     ),
     "frame": vocabulary(
         f"name pos childclass {_ORIENTATIONS}", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
+    ),
+    "replicate": vocabulary(
+        "count euler offset sep childclass", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
     ),
     "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
     "geom": vocabulary(  # is left out but for its mass, which the reader says
         "name class type size pos fromto mass density mesh group contype conaffinity condim"
         " priority friction solmix solref solimp margin gap adhesion surfacevel material rgba"
-        f" castshadow hfield fitscale fluidshape fluidcoef user {_ORIENTATIONS}",
-        shellinertia="false",
+        f" castshadow hfield fitscale fluidshape fluidcoef user shellinertia {_ORIENTATIONS}",
+        omitted="plugin",
     ),
     "site": vocabulary(
         f"name class pos fromto {_ORIENTATIONS}", omitted="type size rgba group material mesh user"
     ),
     "joint": vocabulary(
-        f"name class type axis pos range limited ref {' '.join(sorted(JOINT_NUMBERS))}"
-        " actuatorfrcrange actuatorfrclimited",
+        "name class type axis pos range limited ref armature damping frictionloss stiffness"
+        " springref springdamper springyield actuatorfrcrange actuatorfrclimited",
         omitted=f"actuatorgravcomp group user {_LIMIT_SETTINGS}",
-        springdamper="0",
-        springyield="0",
     ),
     "freejoint": vocabulary("name", omitted="group align"),
     "tendon": vocabulary("", "fixed spatial"),
@@ -141,10 +118,42 @@ MJCF: dict[str, Vocabulary] = {
     "equality/joint": vocabulary(
         "name class active joint1 joint2 polycoef", omitted=_SOLVER_SETTINGS
     ),
-    "actuator": vocabulary("", DRIVES),
+    "actuator": vocabulary("", DRIVES, "adhesion orientation"),
     **dict.fromkeys(DRIVES.split(), _DRIVE),
     "motor": _MOTOR,
+    "general": _MOTOR,
+    "dcmotor": vocabulary(
+        f"{_DRIVE_WORDS} armature damping",
+        omitted=f"cogging controller ctrlrange ctrllimited inductance lugre motorconst nominal"
+        f" resistance saturation thermal {_CONTROL}",
+    ),
+    "plugin": vocabulary(
+        f"{_DRIVE_WORDS} armature damping",
+        omitted=f"plugin instance ctrlrange ctrllimited config {_CONTROL}",
+    ),
     "keyframe": vocabulary("", "key"),
     "key": vocabulary("name qpos", omitted="time qvel act ctrl mpos mquat plastic"),
     "custom": vocabulary("", "text", "numeric tuple"),
+}
+
+_WITHOUT_MEANING = "size visual statistic contact sensor custom extension"
+_PICTURES = "texture material skin hfield"
+_NO_DEFAULTS = "texture material camera light pair adhesion orientation"
+_FILES = "assetdir meshdir texturedir strippath discardvisual fusestatic alignfree"
+
+# What MuJoCo is not given, by the element around it; "" for any:
+OMITTED: dict[str, frozenset[str]] = {
+    "mujoco": frozenset(_WITHOUT_MEANING.split()),
+    "asset": frozenset(_PICTURES.split()),
+    "default": frozenset(_NO_DEFAULTS.split()),
+    "actuator": frozenset({"adhesion", "orientation"}),
+    "compiler": frozenset({"lengthrange"}),
+    "": frozenset({"camera", "light", "plugin", "config"}),
+}
+OMITTED_ATTRIBUTES: dict[str, frozenset[str]] = {
+    "compiler": frozenset(_FILES.split()),
+    "freejoint": frozenset({"align"}),
+    "key": frozenset({"time", "qvel", "act", "ctrl", "mpos", "mquat", "plastic"}),
+    "plugin": frozenset({"plugin", "instance", *_CONTROL.split()}),
+    "": frozenset({"material"}),
 }

@@ -1,0 +1,91 @@
+"""Meshes that MuJoCo asks for, because a body has its mass from them; no others are opened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from ....ground.regular_files import read_regular
+from ...packages import PackageError, Packages
+from ...xml.located_xml import LocatedElement
+from ...xml.reader import XmlReader
+
+_LARGEST = 50_000_000  # bytes of one mesh
+_LARGEST_SUM = 200_000_000  # bytes of all
+_WAY_OUT = 'give the body an <inertial>, or the <geom> mass="0"'
+
+
+class MeshFiles:
+    """The mesh files that a model names.
+
+    Attributes:
+        names: plain names in place of paths, by the identity of <mesh> elements.
+    """
+
+    def __init__(self, xml: XmlReader, packages: Packages) -> None:
+        self.xml = xml
+        self.packages = packages
+        self.names: dict[int, str] = {}
+        self.paths: dict[str, str] = {}
+        folder, is_stripped = _settings(xml.root)
+        for mesh in _meshes(xml.root):
+            path = mesh.get("file")
+            if not path:
+                continue
+            if is_stripped:
+                path = path.replace("\\", "/").rpartition("/")[2]
+            name = f"mesh{len(self.names)}{Path(path).suffix.lower()}"
+            self.names[id(mesh)] = name
+            self.paths[name] = path if Path(path).is_absolute() else f"{folder}{path}"
+
+    def read(self, asked: Mapping[str, tuple[LocatedElement, str]]) -> dict[str, bytes]:
+        """The content of files by their plain names.
+
+        Args:
+            asked: the shape and the body for which each is needed, by its plain name.
+
+        Raises:
+            DescriptionError: one is not there, out of reach or too large.
+        """
+        contents: dict[str, bytes] = {}
+        total = 0
+        for name, (element, body) in asked.items():
+            contents[name] = self._content(self.paths[name], element, body)
+            total += len(contents[name])
+            if total > _LARGEST_SUM:
+                problem = f"the meshes of masses have more than {_LARGEST_SUM} bytes; {_WAY_OUT}"
+                raise self.xml.error(element, ("links", body), problem)
+        return contents
+
+    def _content(self, path: str, element: LocatedElement, body: str) -> bytes:
+        key = ("links", body)
+        try:
+            file = self.packages.resolve(path, self.xml.file.parent)
+            content = read_regular(file, _LARGEST + 1)
+        except (PackageError, OSError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            problem = f"its mass is that of the mesh '{path}', which is not read: {reason}"
+            raise self.xml.error(element, key, f"{problem}; {_WAY_OUT}") from error
+        if len(content) > _LARGEST:
+            problem = f"its mass is that of the mesh '{path}', of more than {_LARGEST} bytes"
+            raise self.xml.error(element, key, f"{problem}; {_WAY_OUT}")
+        return content
+
+
+def _meshes(root: LocatedElement) -> Iterator[LocatedElement]:
+    for asset in root.all("asset"):
+        yield from asset.all("mesh")
+
+
+def _settings(root: LocatedElement) -> tuple[str, bool]:
+    """The folder of meshes, and whether paths lose theirs; the last word holds."""
+    folder = ""
+    strips = "false"
+    for compiler in root.all("compiler"):
+        folder = compiler.get("assetdir", folder)
+        strips = compiler.get("strippath", strips)
+    for compiler in root.all("compiler"):
+        folder = compiler.get("meshdir", folder)
+    if folder and not folder.endswith("/"):
+        folder += "/"
+    return folder, strips == "true"

@@ -1,0 +1,161 @@
+"""What MuJoCo makes of a model: bodies, joints, sites, constraints, tendons, actuators, settings.
+
+Lengths and angles are SI units; poses are in the frame of the body around. `line` is that of the
+text that MuJoCo got.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body; number 0 is the world.
+
+    Attributes:
+        com, inertia: centre of mass, and the tensor about it in the axes of the body.
+        written: mass and principal moments of an <inertial> that counts, or nothing.
+        joints: numbers of its joints, in their order.
+    """
+
+    name: str
+    line: str
+    parent: int
+    pos: list[float]
+    quat: list[float]
+    mass: float
+    com: list[float]
+    inertia: list[list[float]]
+    is_from_shapes: bool
+    written: list[float]
+    gravity_compensation: float
+    is_mocap: bool
+    joints: list[int]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint; `drawn` is its coordinate in the pose that the file draws."""
+
+    name: str
+    line: str
+    body: int
+    kind: str
+    pos: list[float]
+    axis: list[float]
+    is_limited: bool
+    range: list[float]
+    stiffness: float
+    is_polynomial: bool
+    spring_yield: float
+    has_effort_range: bool
+    effort_range: list[float]
+    is_held_by_drives: bool
+    address: int
+    drawn: float
+    spring_reference: float
+    armature: float
+    damping: float
+    frictionloss: float
+
+
+@dataclass(frozen=True)
+class Site:
+    """A frame on a body."""
+
+    name: str
+    line: str
+    body: int
+    pos: list[float]
+    quat: list[float]
+
+
+@dataclass(frozen=True)
+class Equality:
+    """A constraint between two bodies, sites, joints or tendons; the second may be -1."""
+
+    name: str
+    line: str
+    kind: str
+    is_between_sites: bool
+    ends: list[int]
+    is_active: bool
+    data: list[float]
+
+
+@dataclass(frozen=True)
+class Tendon:
+    """A tendon.
+
+    Attributes:
+        terms: joint and coefficient, of a fixed tendon; nothing for a spatial one.
+        length: in the pose that the file draws.
+        forces: what acts along it, by word.
+    """
+
+    name: str
+    line: str
+    terms: list[tuple[int, float]]
+    length: float
+    forces: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """An actuator.
+
+    Attributes:
+        gain: force over control where the control is the force; 0 elsewhere.
+        control_range, force_range: lower and upper end, or nothing.
+    """
+
+    name: str
+    line: str
+    kind: str
+    target: int
+    gear: list[float]
+    group: int
+    gain: float
+    control_range: list[float]
+    force_range: list[float]
+    armature: float
+    damping: float
+    is_polynomial: bool
+
+
+@dataclass(frozen=True)
+class CompiledModel:
+    """A model; `key` has the coordinates of the first keyframe, or nothing."""
+
+    name: str
+    bodies: list[Body]
+    joints: list[Joint]
+    sites: list[Site]
+    equalities: list[Equality]
+    tendons: list[Tendon]
+    actuators: list[Actuator]
+    key: list[float]
+    gravity: list[float]
+    fluid: list[float]
+    disabled: list[str]
+    disabled_groups: list[int]
+
+
+def compiled_model(data: dict[str, Any]) -> CompiledModel:
+    """The model out of plain data."""
+    parts = dict(data)
+    for name, kind in _PARTS.items():
+        parts[name] = [kind(**entry) for entry in data[name]]
+    return CompiledModel(**parts)
+
+
+_PARTS: dict[str, type] = {
+    "bodies": Body,
+    "joints": Joint,
+    "sites": Site,
+    "equalities": Equality,
+    "tendons": Tendon,
+    "actuators": Actuator,
+}

@@ -1,0 +1,98 @@
+"""An MJCF file is compiled by MuJoCo, in a process of its own; its errors name file and line."""
+
+from __future__ import annotations
+
+import re
+
+from ....errors import DescriptionError
+from ....ground.wording import one_line
+from ...packages import Packages
+from ...xml.located_xml import LocatedElement
+from ...xml.reader import XmlReader
+from .assets import MeshFiles
+from .compiled import CompiledModel, Joint, compiled_model
+from .prepared import PreparedText
+from .process import WORKERS, Answer, is_installed
+
+_SECONDS = 4  # of computing
+_SECONDS_WITH_MESHES = 30
+_MAX_COPIES = 20_000
+_MAX_DIGITS = 9
+_PLACE = re.compile(r"line (\d+)")
+_ELEMENT = re.compile(r"Element (name )?'[^']*'(, id \d+)?, line \d+")
+_PREFIXES = re.compile(r"^((XML )?Error: |Schema violation: )+")
+_SECTIONS = {"body": "links"}  # in messages; of all other elements their tag and an s
+_INSTALL = "MJCF files need MuJoCo: pip install mujoco-core"
+
+
+class MjcfModel:
+    """An MJCF file and what MuJoCo makes of it.
+
+    Attributes:
+        xml: what is written, with included files.
+        content: what it means.
+    """
+
+    def __init__(self, xml: XmlReader, packages: Packages) -> None:
+        self.xml = xml
+        if not is_installed():
+            raise DescriptionError(_INSTALL, file=xml.file)
+        self._require_size(xml.root, 1)
+        self._meshes = MeshFiles(xml, packages)
+        self._text = PreparedText(xml.root, self._meshes.names)
+        self.content: CompiledModel = self._compiled()
+
+    def element(self, line: str) -> LocatedElement:
+        """The element that a line of MuJoCo's is about; the root where it says none."""
+        place = _PLACE.search(line)
+        element = None
+        if place is not None:
+            element = self._text.element(int(place[1]))
+        return element or self.xml.root
+
+    def _require_size(self, element: LocatedElement, copies: int) -> None:
+        """Refuse copies of copies before MuJoCo makes them."""
+        count = element.get("count")
+        if element.tag == "replicate" and count.isdecimal():
+            copies *= max(1, int(count[:_MAX_DIGITS]))
+        if copies > _MAX_COPIES:
+            problem = f"makes {copies} copies; expected at most {_MAX_COPIES}"
+            raise self.xml.error(element, ("replicate",), problem)
+        for child in element.children:
+            self._require_size(child, copies)
+
+    def joint_element(self, joint: Joint) -> LocatedElement:
+        """The element of a joint; MuJoCo does not say where a <freejoint> stands."""
+        if joint.line:
+            return self.element(joint.line)
+        body = self.element(self.content.bodies[joint.body].line)
+        return body.first("freejoint") or body
+
+    @property
+    def key(self) -> LocatedElement | None:
+        """The first keyframe with coordinates."""
+        return self._text.key
+
+    def _compiled(self) -> CompiledModel:
+        answer = self._ask(WORKERS.ask(self._text.text, {}, _SECONDS))
+        if "missing" in answer:
+            asked: dict[str, tuple[LocatedElement, str]] = {}
+            for name, line, body in answer["missing"]:
+                asked[name] = (self.element(line), body)
+            files = self._meshes.read(asked)
+            answer = self._ask(WORKERS.ask(self._text.text, files, _SECONDS_WITH_MESHES))
+        return compiled_model(answer["model"])
+
+    def _ask(self, answer: Answer) -> Answer:
+        """An answer that is no error."""
+        if "error" not in answer:
+            return answer
+        text = str(answer["error"])
+        element = self.element(text)
+        words = one_line(_PREFIXES.sub("", _ELEMENT.sub("", text)).strip())
+        problem = f"{words} ({answer.get('version', 'MuJoCo')})"
+        if element is self.xml.root:
+            raise DescriptionError(problem, file=self.xml.file)
+        section = _SECTIONS.get(element.tag, f"{element.tag}s")
+        name = element.get("name")
+        raise self.xml.error(element, (section, name) if name else (element.tag,), problem)

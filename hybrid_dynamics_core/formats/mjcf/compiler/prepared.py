@@ -1,0 +1,86 @@
+"""A text of a model for MuJoCo: one element a line, without files and without what gives no robot.
+
+So MuJoCo opens no file, and every line of its messages leads to an element and its file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from xml.sax.saxutils import escape
+
+from ...xml.located_xml import LocatedElement
+from ..vocabulary import OMITTED, OMITTED_ATTRIBUTES
+
+_ENTITIES = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+_PLUGIN = "plugin"
+_NONE: frozenset[str] = frozenset()
+
+
+class PreparedText:
+    """What MuJoCo gets of a file.
+
+    Attributes:
+        text: with one element a line.
+        key: the first keyframe with coordinates.
+    """
+
+    def __init__(self, root: LocatedElement, mesh_files: Mapping[int, str]) -> None:
+        self.key: LocatedElement | None = None
+        self._lines: list[LocatedElement] = []
+        self._mesh_files = mesh_files  # names in place of paths, by the identity of elements
+        self.text = "\n".join(self._rows(root, "")) + "\n"
+
+    def element(self, line: int) -> LocatedElement | None:
+        """The element that opens on a line (1-based); None where none does."""
+        if 1 <= line <= len(self._lines):
+            return self._lines[line - 1]
+        return None
+
+    def _rows(self, element: LocatedElement, parent: str) -> Iterator[str]:
+        """The line on which an element opens, and those of its children."""
+        self._lines.append(element)
+        tag = element.tag
+        if parent == "actuator" and tag == _PLUGIN:
+            tag = "general"  # how it is controlled does not matter
+        written = f"<{tag}{self._attributes(element)}"
+        rows: list[str] = []
+        for child in element.children:
+            if self._counts(child, element.tag):
+                rows.extend(self._rows(child, element.tag))
+        if not rows:
+            yield f"{written}/>"
+            return
+        yield f"{written}>"
+        yield from rows[:-1]
+        yield f"{rows[-1]}</{tag}>"
+
+    def _counts(self, child: LocatedElement, parent: str) -> bool:
+        """Whether MuJoCo gets an element."""
+        if parent == "keyframe":
+            if self.key is None and "qpos" in child.attributes:
+                self.key = child
+            return child is self.key
+        if parent == "actuator" and child.tag == _PLUGIN:
+            return True
+        if child.tag in OMITTED.get(parent, _NONE):
+            return False
+        return child.tag not in OMITTED[""] and ":" not in child.tag
+
+    def _attributes(self, element: LocatedElement) -> str:
+        """The attributes of an element that count, as a text."""
+        omitted = OMITTED_ATTRIBUTES[""] | OMITTED_ATTRIBUTES.get(element.tag, _NONE)
+        attributes = dict(element.attributes)
+        if id(element) in self._mesh_files:
+            attributes.setdefault("name", _stem(attributes["file"]))
+            attributes["file"] = self._mesh_files[id(element)]
+        written = ""
+        for name, value in attributes.items():
+            if name not in omitted and name != "xmlns" and ":" not in name:
+                written += f' {name}="{escape(value, _ENTITIES)}"'
+        return written
+
+
+def _stem(file: str) -> str:
+    """The name of a mesh that has none: that of its file."""
+    name = file.replace("\\", "/").rpartition("/")[2]
+    return name.rpartition(".")[0] or name

@@ -1,0 +1,154 @@
+"""The process beside this one in which MuJoCo works: whatever happens to it, this one goes on."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import IO, Any
+
+_WORKER = Path(__file__).with_name("worker.py")
+_MAX_SECONDS = 60.0  # [s] until a process that does not answer is ended
+_PATIENCE = 5  # [s] after which a process that nobody asks ends itself
+_MAX_ANSWERS = 200  # of one process, whose memory gets no smaller
+_OUT_OF_TIME = -24  # SIGXCPU
+_BEFORE_IT_WAS_ASKED = (-14, -15, -9)  # SIGALRM of itself; others end processes by SIGTERM, SIGKILL
+_ENVIRONMENT = {"MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+Answer = dict[str, Any]
+
+
+def is_installed() -> bool:
+    """Whether there is a MuJoCo."""
+    return find_spec("mujoco") is not None
+
+
+class Worker:
+    """A process that compiles models, one after the other, as long as it lives."""
+
+    def __init__(self) -> None:
+        self.owner = os.getpid()
+        self.answers = 0
+        command = [sys.executable, "-I", "-S", "-B", str(_WORKER)]
+        self.process = subprocess.Popen(  # noqa: S603 - this Python, on a file of this package
+            command,
+            cwd="/",
+            env=_ENVIRONMENT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        self.send(_line({"path": sys.path, "patience": _PATIENCE}))
+
+    def ask(self, text: str, assets: Mapping[str, bytes], seconds: int) -> Answer | None:
+        """What the process says to a model; None where it ends before."""
+        body = text.encode()
+        sizes = {name: len(data) for name, data in assets.items()}
+        request = {"size": len(body), "assets": sizes, "seconds": seconds}
+        timer = threading.Timer(_MAX_SECONDS, self.process.kill)
+        timer.daemon = True
+        timer.start()
+        try:
+            self.send(_line(request), *assets.values(), body)
+            line = _pipe(self.process.stdout).readline()
+        finally:
+            timer.cancel()
+        if not line.endswith(b"\n"):
+            return None
+        self.answers += 1
+        answer: Answer = json.loads(line)
+        return answer
+
+    def send(self, *parts: bytes) -> None:
+        """Write to the process; where it has ended, its answer will not come."""
+        pipe = _pipe(self.process.stdin)
+        with contextlib.suppress(BrokenPipeError):
+            for part in parts:
+                pipe.write(part)
+            pipe.flush()
+
+    def close(self) -> int:
+        """End the process; the code with which it ended."""
+        for pipe in (self.process.stdin, self.process.stdout):
+            with contextlib.suppress(BrokenPipeError):
+                _pipe(pipe).close()
+        try:
+            return self.process.wait(timeout=1.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            return self.process.wait()
+
+
+class Workers:
+    """The process that is there now; a new one where it has ended, or belongs to a parent."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.worker: Worker | None = None
+
+    def ask(self, text: str, assets: Mapping[str, bytes], seconds: int) -> Answer:
+        """What MuJoCo says to a model.
+
+        Args:
+            text: of the model, without includes.
+            assets: files by the names that the text has for them.
+            seconds: of computing at most.
+        """
+        with self.lock:
+            worker = self.current()
+            is_new = not worker.answers
+            answer = worker.ask(text, assets, seconds)
+            if answer is not None:
+                return answer
+            code = self.end()
+            if is_new or code not in _BEFORE_IT_WAS_ASKED:
+                return {"error": _ended(code, seconds)}
+            answer = self.current().ask(text, assets, seconds)
+            return answer or {"error": _ended(self.end(), seconds)}
+
+    def current(self) -> Worker:
+        """The process of this process."""
+        worker = self.worker
+        if worker is not None and worker.owner != os.getpid():
+            self.worker = None
+        elif worker is not None and worker.answers >= _MAX_ANSWERS:
+            self.end()
+        if self.worker is None:
+            self.worker = Worker()
+        return self.worker
+
+    def end(self) -> int:
+        """End the process; the code with which it ended."""
+        worker = self.worker
+        self.worker = None
+        if worker is None or worker.owner != os.getpid():
+            return 0
+        return worker.close()
+
+
+WORKERS = Workers()
+atexit.register(WORKERS.end)
+
+
+def _line(data: Mapping[str, Any]) -> bytes:
+    return json.dumps(data).encode() + b"\n"
+
+
+def _pipe(pipe: IO[bytes] | None) -> IO[bytes]:
+    """A pipe of a process that has one."""
+    assert pipe is not None  # noqa: S101
+    return pipe
+
+
+def _ended(code: int, seconds: int) -> str:
+    """Why a process has no answer."""
+    if code == _OUT_OF_TIME:
+        return f"takes more than {seconds} s of computing"
+    return f"cannot be compiled: the process of MuJoCo ended with {code}, out of memory or time"

@@ -1,0 +1,380 @@
+"""What runs in the process that compiles MJCF: MuJoCo, and nothing that it could reach.
+
+It is run by its path and imports only MuJoCo, NumPy and the standard library. It gets the text of a
+model without includes, and the meshes whose mass matters; it opens no file itself. Too much time or
+memory ends it by the system. It serves one model after the other, and ends when nobody asks.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import sys
+from typing import Any, BinaryIO
+
+_MEMORY = 1_000_000_000  # bytes
+_MAX_BODIES = 20_000
+_WITHOUT_LIMITS = 0  # mode in which ranges of actuators are not computed
+_FALSE, _TRUE, _AUTO = range(3)  # whether masses come from shapes
+_CLOSE = 1e-9  # relative: two tensors that are the same
+_FIRST = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>"
+_TRIANGLE = 1e-12  # relative: rounding of moments that fit a body
+_FREE, _BALL = 0, 1
+
+
+class _Compiler:
+    """Compiles one model, and says what it holds."""
+
+    def __init__(self, text: str, assets: dict[str, bytes]) -> None:
+        self.assets = assets
+        self.spec = mujoco.MjSpec.from_string(text, assets=assets)
+        self.settings = self.spec.compiler
+        self.settings.fusestatic = False  # every body keeps its name
+        self.settings.LRopt.mode = _WITHOUT_LIMITS
+        self.bodies: list[Any] = []  # in the order of their numbers in the compiled model
+        self.moving: list[bool] = []
+        weighs_all = self.settings.settotalmass > 0.0
+        self.collect(self.spec.worldbody, weighs_all)
+        self.written: dict[int, Any] = {}  # tensors by number of the body
+        self.explicit: dict[int, list[float]] = {}  # mass and principal moments
+        self.replaced: set[int] = set()
+
+    def answer(self) -> dict[str, Any]:
+        """What the model means, or the meshes that are missing."""
+        if len(self.bodies) > _MAX_BODIES:
+            return {"error": f"has more than {_MAX_BODIES} bodies"}
+        missing = self.drop_shapes()
+        if missing:
+            return {"missing": missing}
+        impossible = self.replace_impossible()
+        self.model = self.spec.compile()
+        if [body.id for body in self.bodies] != list(range(self.model.nbody)):
+            return {"error": "has bodies in an order that is not understood"}
+        self.restore(impossible)
+        return {"model": self.content()}
+
+    def collect(self, body: Any, is_moving: bool) -> None:
+        """List a body and those on it, with whether their masses matter."""
+        self.bodies.append(body)
+        is_moving = is_moving or bool(body.joints)
+        self.moving.append(is_moving)
+        for child in body.bodies:
+            self.collect(child, is_moving)
+
+    # -- shapes
+
+    def drop_shapes(self) -> list[list[str]]:
+        """Take out meshes that give no mass; of the others, name those that are not there."""
+        needed: dict[str, str] = {}
+        for number, body in enumerate(self.bodies):
+            gives_mass = number > 0 and self.moving[number] and self.uses_shapes(body)
+            for geom in list(body.geoms):
+                geom.contype = geom.conaffinity = 0
+                if not self.is_from_file(geom):
+                    continue
+                if gives_mass and self.has_mass(geom):
+                    needed.setdefault(geom.meshname, f"{geom.info}|{body.name}")
+                else:
+                    self.spec.delete(geom)
+        for mesh in list(self.spec.meshes):
+            if mesh.name not in needed:
+                self.spec.delete(mesh)
+        return self.missing(needed)
+
+    def missing(self, needed: dict[str, str]) -> list[list[str]]:
+        """Files, lines and bodies of meshes that are needed and not given."""
+        missing: list[list[str]] = []
+        for mesh in self.spec.meshes:
+            if mesh.file and mesh.file not in self.assets:
+                line, _, body = needed[mesh.name].partition("|")
+                missing.append([mesh.file, line, body])
+        return missing
+
+    def uses_shapes(self, body: Any) -> bool:
+        use = self.settings.inertiafromgeom
+        return use == _TRUE or (use == _AUTO and not body.explicitinertial)
+
+    def is_from_file(self, geom: Any) -> bool:
+        kinds = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF)
+        return bool(geom.meshname) or geom.type in (*kinds, mujoco.mjtGeom.mjGEOM_HFIELD)
+
+    def has_mass(self, geom: Any) -> bool:
+        first, last = self.settings.inertiagrouprange
+        if not first <= geom.group <= last:
+            return False
+        if numpy.isnan(geom.mass):
+            return bool(geom.density != 0.0)
+        return bool(geom.mass != 0.0)
+
+    # -- inertias
+
+    def replace_impossible(self) -> dict[int, Any]:
+        """Put a ball in place of inertias that no body has, which MuJoCo would refuse."""
+        replaced: dict[int, Any] = {}
+        for number, body in enumerate(self.bodies):
+            if number == 0 or self.uses_shapes(body) or not body.explicitinertial:
+                continue
+            full = numpy.array(body.fullinertia)
+            tensor = numpy.diag(body.inertia)
+            if not numpy.isnan(full[0]):
+                tensor = _tensor(full)
+                self.written[number] = tensor
+            moments = numpy.linalg.eigvalsh(tensor)
+            self.explicit[number] = [float(body.mass), *moments.tolist()]
+            largest = self.impossible_moment(tensor)
+            if largest:
+                replaced[number] = tensor
+                body.fullinertia = [numpy.nan, 0.0, 0.0, 0.0, 0.0, 0.0]
+                body.inertia = numpy.full(3, largest)
+        return replaced
+
+    def impossible_moment(self, tensor: Any) -> float:
+        """The largest moment of a tensor that no body has, and that stays as it is; else 0."""
+        if self.settings.balanceinertia or self.settings.settotalmass > 0.0:
+            return 0.0
+        moments = numpy.linalg.eigvalsh(tensor)
+        fits = moments[0] + moments[1] >= moments[2] * (1.0 - _TRIANGLE)
+        if fits or moments[0] < 0.0:
+            return 0.0
+        return float(moments[2])
+
+    def restore(self, replaced: dict[int, Any]) -> None:
+        """Put inertias back that were replaced, in the axes of their bodies."""
+        for number, tensor in replaced.items():
+            if number not in self.written:
+                rotation = _rotation(self.model.body_iquat[number])
+                self.written[number] = rotation @ tensor @ rotation.T
+        self.replaced = set(replaced)
+
+    def inertia(self, number: int) -> Any:
+        """The tensor about the centre of mass in the axes of the body, as written if it is that."""
+        rotation = _rotation(self.model.body_iquat[number])
+        compiled = rotation @ numpy.diag(self.model.body_inertia[number]) @ rotation.T
+        written = self.written.get(number)
+        if written is None:
+            return (compiled + compiled.T) / 2.0
+        if number in self.replaced:
+            return written
+        apart = numpy.abs(written - compiled).max()
+        if apart <= _CLOSE * numpy.abs(compiled).max():
+            return written
+        return (compiled + compiled.T) / 2.0
+
+    # -- what it holds
+
+    def content(self) -> dict[str, Any]:
+        """Everything that is read of the model, as plain data."""
+        model = self.model
+        return {
+            "name": self.spec.modelname,
+            "bodies": [self.body(body) for body in self.bodies],
+            "joints": [self.joint(joint) for joint in _sorted(self.spec.joints)],
+            "sites": [self.site(site) for site in _sorted(self.spec.sites)],
+            "equalities": [self.equality(one) for one in _sorted(self.spec.equalities)],
+            "tendons": [self.tendon(tendon) for tendon in _sorted(self.spec.tendons)],
+            "actuators": [self.actuator(one) for one in _sorted(self.spec.actuators)],
+            "key": model.key_qpos[0].tolist() if model.nkey else [],
+            "gravity": model.opt.gravity.tolist(),
+            "fluid": [model.opt.density, model.opt.viscosity],
+            "disabled": self.disabled(),
+            "disabled_groups": [k for k in range(31) if model.opt.disableactuator >> k & 1],
+        }
+
+    def disabled(self) -> list[str]:
+        flags = mujoco.mjtDisableBit.__members__.items()
+        bits = self.model.opt.disableflags
+        return [
+            name.removeprefix("mjDSBL_").lower()
+            for name, flag in flags
+            if name.startswith("mjDSBL_") and bits & int(flag)
+        ]
+
+    def body(self, body: Any) -> dict[str, Any]:
+        model, k = self.model, body.id
+        first = int(model.body_jntadr[k])
+        return {
+            "name": body.name,
+            "line": body.info,
+            "parent": int(model.body_parentid[k]),
+            "pos": model.body_pos[k].tolist(),
+            "quat": model.body_quat[k].tolist(),
+            "mass": float(model.body_mass[k]),
+            "com": model.body_ipos[k].tolist(),
+            "inertia": self.inertia(k).tolist(),
+            "is_from_shapes": k > 0 and self.uses_shapes(body) and bool(body.geoms),
+            "written": self.explicit.get(k, []),
+            "gravity_compensation": float(model.body_gravcomp[k]),
+            "is_mocap": bool(model.body_mocapid[k] >= 0),
+            "joints": list(range(first, first + int(model.body_jntnum[k]))),
+        }
+
+    def joint(self, joint: Any) -> dict[str, Any]:
+        model, k = self.model, joint.id
+        dof, address = int(model.jnt_dofadr[k]), int(model.jnt_qposadr[k])
+        kind = int(model.jnt_type[k])
+        count = {_FREE: 6, _BALL: 3}.get(kind, 1)
+        dofs = slice(dof, dof + count)
+        polynomials = (model.jnt_stiffnesspoly[k], *model.dof_dampingpoly[dofs])
+        return {
+            "name": joint.name,
+            "line": joint.info,
+            "body": int(model.jnt_bodyid[k]),
+            "kind": ("free", "ball", "slide", "hinge")[kind],
+            "pos": model.jnt_pos[k].tolist(),
+            "axis": model.jnt_axis[k].tolist(),
+            "is_limited": bool(model.jnt_limited[k]),
+            "range": model.jnt_range[k].tolist(),
+            "stiffness": float(model.jnt_stiffness[k]),
+            "is_polynomial": bool(numpy.any(numpy.concatenate(polynomials))),
+            "spring_yield": float(model.jnt_springyield[k]),
+            "has_effort_range": bool(model.jnt_actfrclimited[k]),
+            "effort_range": model.jnt_actfrcrange[k].tolist(),
+            "is_held_by_drives": bool(model.jnt_actgravcomp[k]),
+            "address": address,
+            "drawn": float(model.qpos0[address]),
+            "spring_reference": float(model.qpos_spring[address]),
+            "armature": float(model.dof_armature[dofs].max()),
+            "damping": float(model.dof_damping[dofs].max()),
+            "frictionloss": float(model.dof_frictionloss[dofs].max()),
+        }
+
+    def site(self, site: Any) -> dict[str, Any]:
+        model, k = self.model, site.id
+        return {
+            "name": site.name,
+            "line": site.info,
+            "body": int(model.site_bodyid[k]),
+            "pos": model.site_pos[k].tolist(),
+            "quat": model.site_quat[k].tolist(),
+        }
+
+    def equality(self, equality: Any) -> dict[str, Any]:
+        model, k = self.model, equality.id
+        kinds = ("connect", "weld", "joint", "tendon")
+        kind = int(model.eq_type[k])
+        return {
+            "name": equality.name,
+            "line": equality.info,
+            "kind": kinds[kind] if kind < len(kinds) else "other",
+            "is_between_sites": int(model.eq_objtype[k]) == int(mujoco.mjtObj.mjOBJ_SITE),
+            "ends": [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])],
+            "is_active": bool(model.eq_active0[k]),
+            "data": model.eq_data[k].tolist(),
+        }
+
+    def tendon(self, tendon: Any) -> dict[str, Any]:
+        model, k = self.model, tendon.id
+        first = int(model.tendon_adr[k])
+        wraps = range(first, first + int(model.tendon_num[k]))
+        is_fixed = all(model.wrap_type[i] == int(mujoco.mjtWrap.mjWRAP_JOINT) for i in wraps)
+        terms = [[int(model.wrap_objid[i]), float(model.wrap_prm[i])] for i in wraps]
+        forces: dict[str, float] = {}
+        for word in ("stiffness", "damping", "frictionloss", "armature", "springyield"):
+            forces[word] = float(numpy.ravel(getattr(model, f"tendon_{word}")[k])[0])
+        for word in ("stiffness", "damping"):
+            polynomial = getattr(model, f"tendon_{word}poly")[k]
+            forces[f"{word} of higher degree"] = float(numpy.abs(polynomial).max())
+        return {
+            "name": tendon.name,
+            "line": tendon.info,
+            "terms": terms if is_fixed else [],
+            "length": float(model.tendon_length0[k]),
+            "forces": {word: value for word, value in forces.items() if value},
+        }
+
+    def actuator(self, actuator: Any) -> dict[str, Any]:
+        model, k = self.model, actuator.id
+        kinds = ("joint", "jointinparent", "crank", "tendon", "site", "body")
+        kind = int(model.actuator_trntype[k])
+        control = int(model.actuator_ctrladr[k])
+        is_direct = not (
+            model.actuator_gaintype[k] or model.actuator_biastype[k] or model.actuator_dyntype[k]
+        )
+        return {
+            "name": actuator.name,
+            "line": actuator.info,
+            "kind": kinds[kind] if kind < len(kinds) else "other",
+            "target": int(model.actuator_trnid[k][0]),
+            "gear": model.actuator_gear[k].tolist(),
+            "group": int(model.actuator_group[k]),
+            "gain": float(model.actuator_gainprm[k][0]) if is_direct else 0.0,
+            "control_range": _limits(model.actuator_ctrllimited, model.actuator_ctrlrange, control),
+            "force_range": _limits(model.actuator_forcelimited, model.actuator_forcerange, k),
+            "armature": float(model.actuator_armature[k]),
+            "damping": float(model.actuator_damping[k]),
+            "is_polynomial": bool(model.actuator_dampingpoly[k].any()),
+        }
+
+
+def _limits(limited: Any, ranges: Any, k: int) -> list[float]:
+    if 0 <= k < len(limited) and limited[k]:
+        return list(map(float, ranges[k]))
+    return []
+
+
+def _sorted(elements: Any) -> list[Any]:
+    return sorted(elements, key=lambda element: element.id)
+
+
+def _tensor(full: Any) -> Any:
+    xx, yy, zz, xy, xz, yz = full
+    return numpy.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _rotation(quaternion: Any) -> Any:
+    matrix = numpy.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
+
+
+# -- requests
+
+
+def answer(text: str, assets: dict[str, bytes]) -> dict[str, Any]:
+    """What becomes of a model, or what MuJoCo says against it."""
+    try:
+        return _Compiler(text, assets).answer()
+    except MemoryError:
+        return {"error": f"needs more than {_MEMORY} bytes of memory to be compiled"}
+    except Exception as error:  # noqa: BLE001 - MuJoCo raises whatever it is that it met
+        return {"error": str(error) or type(error).__name__}
+
+
+def serve(source: BinaryIO, target: BinaryIO, patience: int) -> None:
+    """Answer requests until nobody asks for a while, when an alarm ends the process."""
+    while True:
+        signal.alarm(patience)
+        line = source.readline()
+        signal.alarm(0)
+        if not line:
+            return
+        request = json.loads(line)
+        assets: dict[str, bytes] = {}
+        for name, size in request["assets"].items():
+            assets[name] = source.read(size)
+        text = source.read(request["size"]).decode()
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        used = usage.ru_utime + usage.ru_stime
+        seconds = int(used) + 1 + request["seconds"]
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
+        reply = {**answer(text, assets), "version": f"MuJoCo {mujoco.__version__}"}
+        target.write(json.dumps(reply).encode() + b"\n")
+        target.flush()
+
+
+start = json.loads(sys.stdin.buffer.readline())
+sys.path[:] = start["path"]
+import mujoco  # noqa: E402 - found by the parent's path
+import numpy  # noqa: E402
+
+answer(_FIRST, {})  # what is loaded when first used is loaded now
+answers = os.fdopen(os.dup(1), "wb")
+os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what MuJoCo prints is not an answer
+resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+serve(sys.stdin.buffer, answers, start["patience"])
+os._exit(0)

@@ -1,0 +1,276 @@
+"""Load all robot files of some folders; where MuJoCo takes one too, compare both.
+
+python tools/public_files.py FOLDER... [--ext .xml .mjcf] [--most 60] [--out table.tsv]
+
+Each file is tried in a process of its own. It prints how many load, are refused and why, and how
+many of those that load agree with MuJoCo in mass matrix, weight and inverse dynamics at three
+closed states. Files with more freedoms than `--most` are loaded and not compared. Lines of the
+table: file, outcome, freedoms, largest relative difference, reason.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.formats.reader import read_description
+
+NEAR = 1e-9  # relative difference that counts as none
+SECONDS = 120  # for one file
+ROOTS = {".xml": "<mujoco", ".mjcf": "<mujoco", ".urdf": "<robot", ".sdf": "<sdf"}
+
+
+def main() -> int:
+    """Try all files."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--ext", nargs="*", default=[".xml", ".mjcf"])
+    parser.add_argument("--most", type=int, default=60)
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--one", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.one:
+        print("\t".join(tried(arguments.folders[0], arguments.most)))
+        return 0
+    rows = []
+    for file in files(arguments.folders, arguments.ext):
+        row = [str(file), *in_a_process(file, arguments.most)]
+        rows.append(row)
+        if arguments.out:
+            arguments.out.write_text("\n".join("\t".join(row) for row in rows) + "\n")
+    counts = Counter(row[1] for row in rows)
+    print(dict(counts))
+    reasons = Counter(kind_of(row[-1]) for row in rows if row[1] not in ("agrees", "not MuJoCo's"))
+    for reason, count in reasons.most_common():
+        print(f"{count:5d}  {reason}")
+    return 0
+
+
+def files(folders: list[Path], endings: list[str]) -> list[Path]:
+    """Files of robots by their endings and roots."""
+    listed = []
+    for folder in folders:
+        for file in sorted(folder.rglob("*")):
+            if file.suffix in endings and file.is_file():
+                text = file.read_text(encoding="utf-8", errors="replace")
+                if ROOTS.get(file.suffix, "") in text:
+                    listed.append(file)
+    return listed
+
+
+def in_a_process(file: Path, most: int) -> list[str]:
+    """What comes of a file, whatever happens to the process."""
+    command = [sys.executable, __file__, "--one", "--most", str(most), str(file)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return ["hangs", "", "", f"more than {SECONDS} s"]
+    lines = done.stdout.strip().splitlines()
+    if done.returncode or not lines:
+        last = done.stderr.strip().splitlines()[-1:] or [f"ended with {done.returncode}"]
+        return ["fails", "", "", last[0]]
+    return lines[-1].split("\t")
+
+
+def tried(file: Path, most: int) -> list[str]:
+    """Outcome, freedoms, largest difference and reason."""
+    expected = None
+    if ROOTS[file.suffix] == "<mujoco":
+        expected, reason = mujoco_model(file)
+        if expected is None:
+            return ["not MuJoCo's", "", "", reason]
+        if expected.nv == 0:
+            return ["not MuJoCo's", "0", "", "nothing moves"]
+    try:
+        return loaded(file, most, expected)
+    except HybridDynamicsError as error:
+        return ["refused", str(getattr(expected, "nv", "")), "", " ".join(str(error).split())]
+
+
+def loaded(file: Path, most: int, expected: Any) -> list[str]:
+    """Load a file and compare it."""
+    description = read_description(file)
+    effects = {}
+    for name, effect in description.effects.items():
+        effects[name] = replace(effect, coulomb=0.0)
+    robot = Robot(replace(description, effects=effects))
+    count = len(robot.coordinates)
+    if expected is None or count > most:
+        return ["loads, not compared", str(count), "", "" if expected is None else "too many"]
+    differences = [difference(robot, expected, seed) for seed in range(3)]
+    largest = max(differences)
+    outcome = "agrees" if largest < NEAR else "differs"
+    return [outcome, str(count), f"{largest:.2g}", "differs" if outcome == "differs" else ""]
+
+
+# -- MuJoCo
+
+
+def mujoco_model(file: Path) -> tuple[Any, str]:
+    """The compiled model, without pictures and meshes where these are not there."""
+    reason = ""
+    for strip in (False, True):
+        try:
+            spec = mujoco.MjSpec.from_file(str(file))
+            spec.compiler.LRopt.mode = 0
+            spec.compiler.fusestatic = False
+            if strip:
+                stripped(spec)
+            return spec.compile(), ""
+        except (ValueError, RuntimeError) as error:
+            reason = " ".join(str(error).split())
+    return None, reason
+
+
+def stripped(spec: Any) -> None:
+    """Take out all that comes from files."""
+    from_files = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD)
+    for geom in list(spec.geoms):
+        geom.material = ""
+        if geom.meshname or geom.type in from_files:
+            spec.delete(geom)
+    for kind in ("sensors", "pairs", "excludes", "skins", "meshes", "hfields", "materials"):
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
+    for texture in list(spec.textures):
+        spec.delete(texture)
+    for kind in ("sites", "tendons"):
+        for element in getattr(spec, kind):
+            element.material = ""
+
+
+def difference(robot: Any, model: Any, seed: int) -> float:
+    """Largest relative difference of mass matrix, weight and inverse dynamics at a closed state."""
+    state = closed_state(robot, seed)
+    data = mujoco.MjData(model)
+    compared = Compared(robot, model, data, state)
+    ours = robot.minimal_form(state)[0]
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    to_u = compared.rates @ state.R
+    theirs = to_u.T @ mass @ to_u
+    differences = [relative(ours, theirs)]
+    still = robot.close(state.u)
+    data.qvel[:] = 0.0
+    mujoco.mj_forward(model, data)
+    weight = to_u.T @ (data.qfrc_bias - data.qfrc_passive)
+    held = robot.inverse_dynamics(still, np.zeros(len(state.u)))
+    differences.append(relative(held, weight))
+    if compared.is_plain:
+        data.qvel[:] = compared.rates @ state.ds
+        mujoco.mj_forward(model, data)
+        acceleration = compared.rates @ robot.accelerations(state, np.ones(len(state.u)))
+        forces = mass @ acceleration + data.qfrc_bias - data.qfrc_passive
+        efforts = robot.inverse_dynamics(state, np.ones(len(state.u)))
+        differences.append(relative(efforts, to_u.T @ forces))
+    return max(differences)
+
+
+def closed_state(robot: Any, seed: int) -> Any:
+    """A closed state near the reference."""
+    rng = np.random.default_rng(seed)
+    start = robot.reference
+    rates = rng.uniform(-1.0, 1.0, len(start))
+    for size in (0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4):
+        try:
+            return robot.close(start + rng.uniform(-size, size, len(start)), rates)
+        except HybridDynamicsError:
+            continue
+    return robot.close(start, rates)
+
+
+class Compared:
+    """A state of a robot in MuJoCo: coordinates by name, balls and free joints by quaternions."""
+
+    def __init__(self, robot: Any, model: Any, data: Any, state: Any) -> None:
+        self.columns = {name: k for k, name in enumerate(robot.coordinates)}
+        self.s = state.s
+        self.rates = np.zeros((model.nv, len(state.s)))
+        self.is_plain = True
+        mujoco.mj_resetData(model, data)
+        for number in range(model.njnt):
+            self.place(model, data, number)
+        for number in range(model.neq):
+            held = model.eq_type[number] == mujoco.mjtEq.mjEQ_JOINT
+            if held and model.eq_obj2id[number] < 0 and model.eq_active0[number]:
+                joint = model.eq_obj1id[number]
+                address = model.jnt_qposadr[joint]
+                data.qpos[address] = model.qpos0[address] + model.eq_data[number][0]
+        data.qvel[:] = self.rates @ state.ds
+        mujoco.mj_forward(model, data)
+
+    def place(self, model: Any, data: Any, number: int) -> None:
+        """Set the coordinates of one joint, and the map from rates to velocities."""
+        joint = model.joint(number)
+        name = joint.name or f"joint{number}"
+        first, dof = joint.qposadr[0], joint.dofadr[0]
+        if joint.type[0] > 1:
+            if name in self.columns:
+                data.qpos[first] = self.s[self.columns[name]]
+                self.rates[dof, self.columns[name]] = 1.0
+            return
+        self.is_plain = False
+        names = [f"{name}_{letter}" for letter in "XYZ"]
+        start = np.eye(3)
+        if joint.type[0] == 0:
+            body = model.body(joint.bodyid[0])
+            start = turn(body.quat)
+            slides = [self.columns[f"{name}_along_{letter}"] for letter in "XYZ"]
+            data.qpos[first : first + 3] = body.pos + self.s[slides]
+            self.rates[range(dof, dof + 3), slides] = 1.0
+            first, dof = first + 3, dof + 3
+        columns = [self.columns[hinge] for hinge in names]
+        x, y, z = (about(k, self.s[column]) for k, column in enumerate(columns))
+        data.qpos[first : first + 4] = quaternion(start @ x @ y @ z)
+        axes = np.column_stack([z.T @ y.T @ [1.0, 0, 0], z.T @ [0, 1.0, 0], [0, 0, 1.0]])
+        self.rates[dof : dof + 3, columns] = axes
+
+
+def about(axis: int, angle: float) -> Any:
+    """A turn about a coordinate axis."""
+    quat = np.zeros(4)
+    quat[0], quat[axis + 1] = np.cos(angle / 2.0), np.sin(angle / 2.0)
+    return turn(quat)
+
+
+def turn(quat: Any) -> Any:
+    """The matrix of a quaternion."""
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, np.asarray(quat, float))
+    return matrix.reshape(3, 3)
+
+
+def quaternion(matrix: Any) -> Any:
+    """The quaternion of a matrix."""
+    quat = np.zeros(4)
+    mujoco.mju_mat2Quat(quat, matrix.ravel())
+    return quat
+
+
+def relative(one: Any, other: Any) -> float:
+    """The largest difference over the largest number, or over one."""
+    size = max(1e-3, float(np.abs(other).max(initial=0.0)))
+    return float(np.abs(np.asarray(one) - other).max(initial=0.0)) / size
+
+
+def kind_of(reason: str) -> str:
+    """A reason without names and numbers."""
+    text = re.sub(r"^\S*: ", "", reason)
+    text = re.sub(r"'[^']*'", "'..'", text)
+    text = re.sub(r"^[\w.\-/\[\]]+: ", "", text)
+    return re.sub(r"-?\d+\.?\d*(e-?\d+)?", "#", text)[:110]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
