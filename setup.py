@@ -20,6 +20,7 @@ EXTRAS = {
     "view": ["viser>=1.1"],
     "xacro": ["xacro>=2.1"],
     "mjcf": ["mujoco-core>=4.0"],  # the module mujoco without a viewer; mujoco serves too
+    "drives": ["daqp>=0.8"],  # quadratic programs of redundant drives
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names:
     # the others resolve to newer distributions. The extra fastrtps brings the middleware. The
     # interfaces come from this repository: pip install ./msg_defs ".[ros]"
@@ -36,6 +37,7 @@ EXTRAS = {
     ],
     "test": [
         "click",
+        "daqp>=0.8",
         "distributed",
         "hypothesis",
         "matplotlib",

@@ -11,6 +11,7 @@ from .description.actuators import HydraulicCylinder
 from .description.effects import Payload
 from .dynamics.centroidal import Centroidal
 from .dynamics.dae import SpanningTerms
+from .dynamics.distribution import Distribution
 from .dynamics.energy import Energy
 from .dynamics.hydraulics import (
     CylinderState,
@@ -48,6 +49,7 @@ __all__ = [
     "ClosureStatus",
     "CylinderState",
     "DescriptionError",
+    "Distribution",
     "Energy",
     "HybridDynamicsError",
     "HydraulicCylinder",

@@ -11,11 +11,14 @@ from numpy.typing import ArrayLike
 from ..algebra.independence import independent_rows
 from ..closed_state.state import ClosedState
 from ..description.actuators import HydraulicCylinder
-from ..dynamics.hydraulics import CylinderState, cylinder_state
+from ..dynamics.distribution import IMPOSSIBLE, Distribution, Drives, distribute
+from ..dynamics.hydraulics import CylinderState, cylinder_state, force_range
 from ..errors import InputError, SingularityError
 from ..ground.arrays import Array
+from ..ground.check_arguments import real_number
 from ..ground.check_arrays import mapping_of, real_array
 from ..ground.lazy import lazy
+from ..ground.suggestions import no_such_name
 from .closure import Closure
 from .model import RobotModel
 
@@ -57,6 +60,105 @@ class Actuation:
         order = list(dict.fromkeys(preferred))  # of active coordinates, the idle ones are last
         rows = independent_rows(R, order, INDEPENDENT * np.maximum(sizes, 1.0))
         return tuple(model.coordinates[k] for k in sorted(rows))
+
+    @lazy
+    def all_drives(self) -> tuple[str, ...]:
+        """Every joint that is driven, in the order of the coordinates, redundant ones too.
+
+        These are the active joints that are not idle, the motors that follow from them, and the
+        joints with an actuator.
+        """
+        model = self._model
+        driven = {*model.active, *model.dependent_motors, *self.cylinders}
+        driven -= set(model.idle)
+        return tuple(name for name in model.coordinates if name in driven)
+
+    def distribute(
+        self,
+        state: ClosedState,
+        tau: ArrayLike,
+        preload: Mapping[str, ArrayLike] | None = None,
+        weights: Mapping[str, float] | None = None,
+    ) -> Distribution:
+        """Forces of `all_drives` that give tau together, each within its limits.
+
+        The sum of the squares of (force - preload) / weight is least. Where the limits do not let
+        the drives give all of tau, they give what they can, and `missing` says what is missing.
+        `generalised_forces` leads back from the forces to tau.
+
+        Args:
+            state: closed state, or a batch of N.
+            tau: generalised forces (n,) or (N, n) [N m, N]; along idle coordinates nobody gives
+                any.
+            preload: forces that the drives are to have where tau allows, by drive [N, N m].
+            weights: force that counts as much as that of the others, by drive [N, N m]; what is
+                left out has its effort limit, or the largest of them.
+
+        Raises:
+            InputError: there is no such drive, a shape is wrong, or a value is not finite; or
+                limits count and the solver (the extra `drives`) is not installed.
+        """
+        tau = self._closure.vector_like(state, "tau", tau)
+        names = self.all_drives
+        preload_of = self._by_drive("preload", preload or {})
+        weight_of = self._by_drive("weights", weights or {})
+        lower, upper = np.array([self._force_bounds(name) for name in names]).T
+        weight = _weights(lower, upper)
+        for name, value in weight_of.items():
+            weight[names.index(name)] = value
+        if not (weight > 0.0).all():
+            raise InputError("weights: expected forces above zero")
+        wanted = np.array([preload_of.get(name, 0.0) for name in names])
+        drives = Drives(lower, upper, weight, wanted)
+        driven = [k for k, name in enumerate(self._model.active) if name not in self._model.idle]
+        indices = [self._model.coordinates.index(name) for name in names]
+        rates = state.R[..., indices, :][..., driven]
+        loads = tau[..., driven]
+        pairs = zip(
+            np.reshape(rates, (-1, len(names), len(driven))), np.atleast_2d(loads), strict=True
+        )
+        rows = [distribute(rate, load, drives) for rate, load in pairs]
+        forces = np.reshape(rows, (*tau.shape[:-1], len(names)))
+        return self._distribution(tau, rates, forces, drives, driven)
+
+    def _distribution(
+        self, tau: Array, rates: Array, forces: Array, drives: Drives, driven: list[int]
+    ) -> Distribution:
+        """What the forces (..., m) of all drives give, and which of them are at a limit."""
+        given = np.einsum("...mi,...m->...i", rates, forces)
+        missing = np.zeros(tau.shape)
+        missing[..., driven] = tau[..., driven] - given
+        largest = np.abs(rates).max(axis=-2) * np.abs(forces).max(axis=-1, keepdims=True)
+        rounding = IMPOSSIBLE * np.maximum(np.abs(tau[..., driven]), largest)
+        is_possible = (np.abs(missing[..., driven]) <= rounding).all(axis=-1)
+        at_limit = (forces <= drives.lower) | (forces >= drives.upper)
+        names = self.all_drives
+        return Distribution(
+            MappingProxyType({name: forces[..., k] for k, name in enumerate(names)}),
+            missing,
+            is_possible,
+            MappingProxyType({name: at_limit[..., k] for k, name in enumerate(names)}),
+        )
+
+    def _force_bounds(self, name: str) -> tuple[float, float]:
+        """Least and greatest force [N] or torque [N m] of a drive."""
+        limit = self._model.description.joints[name].effort_limit
+        lower, upper = -limit, limit
+        if name in self.cylinders:
+            pull, push = force_range(self.cylinders[name])
+            lower, upper = max(lower, pull), min(upper, push)
+        return lower, upper
+
+    def _by_drive(self, what: str, values: Mapping[str, ArrayLike]) -> dict[str, float]:
+        """Numbers by drive, checked."""
+        result: dict[str, float] = {}
+        for name, value in mapping_of(what, values).items():
+            if name not in self.all_drives:
+                raise InputError(f"{what}: {no_such_name('drive', name, self.all_drives)}")
+            result[name] = real_number(f"{what}: {name}", value)
+            if not np.isfinite(result[name]):
+                raise InputError(f"{what}: that of '{name}' is not finite")
+        return result
 
     def generalised_forces(
         self,
@@ -199,3 +301,11 @@ def _checked_force(state: ClosedState, name: str, force: ArrayLike) -> Array:
             f"the force on '{name}' has shape {value.shape}; expected finite numbers, one a state"
         )
     return value
+
+
+def _weights(lower: Array, upper: Array) -> Array:
+    """Half of what each drive can give (m,); the largest of them where there is no limit."""
+    halves = 0.5 * (upper - lower)
+    finite = halves[np.isfinite(halves)]
+    largest = finite.max(initial=0.0) or 1.0
+    return np.where(np.isfinite(halves), halves, largest)

@@ -323,6 +323,12 @@ class Robot:
         """
         return self._actuation.drives
 
+    @property
+    def all_drives(self) -> tuple[str, ...]:
+        """Every joint that is driven, in the order of the coordinates, redundant ones too."""
+        return self._actuation.all_drives
+
+    distribute = delegate("_actuation", Actuation.distribute)
     generalised_forces = delegate("_actuation", Actuation.generalised_forces)
     drive_forces = delegate("_actuation", Actuation.drive_forces)
     hydraulics = delegate("_actuation", Actuation.hydraulics)

@@ -52,6 +52,7 @@ OUR_PACKAGES = {
 OPTIONAL = {  # extras: imported where they are used, with a message that says what to install
     "backports",
     "compression",
+    "daqp",
     "distributed",
     "llvmlite",
     "lz4",
