@@ -146,7 +146,8 @@ def massless(machine: Robot) -> dict[str, str]:
     links = {}
     for name, link in machine.description.links.items():
         has_inertia = link.mass or link.inertia.any()
-        if name in moved_by and not has_inertia:
+        is_listed = name in moved_by and name not in machine.description.links_in_rows
+        if is_listed and not has_inertia:
             links[name] = moved_by[name]
     return links
 

@@ -53,7 +53,11 @@ def facts(machine: Robot) -> dict[str, Any]:
         loops.append(entry)
     links = {}
     for name, link in description.links.items():
-        links[name] = {"mass": link.mass, "com": link.com, "inertia": link.inertia}
+        if name not in description.links_in_rows:
+            links[name] = {"mass": link.mass, "com": link.com, "inertia": link.inertia}
+    multi_dof = {}
+    for name, joint in description.multi_dof.items():
+        multi_dof[name] = {"type": joint.type, "coordinates": list(joint.joints)}
     parts = {}
     for name, part in description.parts.items():
         parts[name] = {"part_of": description.body_of(name), "mass": part.mass}
@@ -64,6 +68,7 @@ def facts(machine: Robot) -> dict[str, Any]:
         "active": list(machine.description.motors),
         "idle": list(machine.idle),
         "coordinates": _coordinates(machine, state.s.tolist()),
+        "multi_dof": multi_dof,
         "loops": loops,
         "redundant_equations": dict(machine.redundant_equations),
         "links": links,
@@ -119,6 +124,10 @@ def text(machine: Robot, data: dict[str, Any]) -> str:
         "",
         table(["coordinate", "", "type", "reference", "lower", "upper", "unit"], rows),
     ]
+    if data["multi_dof"]:
+        lines.append("")
+    for name, joint in data["multi_dof"].items():
+        lines.append(f"{name}: {joint['type']} joint, {', '.join(joint['coordinates'])}")
     bounds = _bound_rows(data["coordinates"])
     if bounds:
         lines += ["", table(["coordinate", "largest effort", "", "largest rate", ""], bounds)]

@@ -276,6 +276,14 @@ class RobotDescription(Picklable):
         return tuple(joint for joint in self.multi_dof.values() if joint.turns)
 
     @property
+    def links_in_rows(self) -> frozenset[str]:
+        """Links without mass between the joints that are one joint of several freedoms."""
+        links: set[str] = set()
+        for joint in self.multi_dof.values():
+            links.update(self.joints[name].child for name in joint.joints[:-1])
+        return frozenset(links)
+
+    @property
     def plain_reference(self) -> Mapping[str, float]:
         """The reference with every ball and free joint in its first chart, as files have it."""
         reference = dict(self.reference)

@@ -121,6 +121,7 @@ class Skeleton:
         arm: the links from the base to the end effector.
         links: names of all, the base first.
         massless: links without mass.
+        in_rows: those between the joints that are one joint of several freedoms.
         parts: names of frames that are links fixed to others.
     """
 
@@ -132,6 +133,7 @@ class Skeleton:
     links: tuple[str, ...]
     massless: frozenset[str]
     parts: frozenset[str]
+    in_rows: frozenset[str] = frozenset()
 
     def names_on(self, link: str) -> str:
         """Names of the link and of what is a part of it."""
@@ -209,6 +211,7 @@ def place_skeleton(robot: Robot, state: ClosedState) -> Skeleton:
         links=tuple(links),
         massless=frozenset(massless),
         parts=frozenset(description.parts),
+        in_rows=description.links_in_rows,
     )
 
 

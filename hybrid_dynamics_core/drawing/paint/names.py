@@ -103,7 +103,7 @@ def _passive(scene: Scene) -> list[Label]:
 
 def _links(scene: Scene) -> list[Label]:
     labels = _base(scene)
-    named = {scene.skeleton.base}
+    named = {scene.skeleton.base, *scene.skeleton.in_rows}
     for part in scene.parts:
         link = part.owner.removeprefix("link:")
         if part.owner.startswith("link:") and link not in named:
