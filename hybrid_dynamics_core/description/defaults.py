@@ -29,10 +29,10 @@ def neutral_coordinate(joint: Data) -> float:
 
 
 def driven_joints(document: Document) -> list[str]:
-    """All joints that move on their own."""
+    """All joints that move on their own, but those of bodies that move freely."""
     driven: list[str] = []
     for name, joint in document.section("joints").items():
-        if joint["type"] != "fixed" and "mimic" not in joint:
+        if joint["type"] not in ("fixed", "free") and "mimic" not in joint:
             driven.append(name)
     return driven
 

@@ -214,12 +214,6 @@ CASES = {
         "has a document type",
     ),
     "not closed": ("</robot>", "", 13, "not valid XML: no element found"),
-    "floating": (
-        '"motor" type="continuous"',
-        '"motor" type="floating"',
-        8,
-        "a base that moves freely is not covered",
-    ),
     "ball": (
         '"motor" type="continuous"',
         '"motor" type="ball"',

@@ -481,3 +481,46 @@ def test_a_drawing_stands_where_the_state_does() -> None:
         rotation, origin = link_poses(robot._model.tree, state)["l1"]
         assert rotation == pytest.approx(pose.rotation, abs=1e-14)
         assert origin == pytest.approx(pose.position, abs=1e-14)
+
+
+URDF = """<robot name="r"><link name="world"/>
+<link name="l1"><inertial><origin xyz="0.1 0.05 -0.2"/><mass value="2"/>
+<inertia ixx="0.04" iyy="0.06" izz="0.028" ixy="0.004" ixz="0" iyz="0"/></inertial></link>
+<link name="l2"><inertial><origin xyz="0.1 0.05 -0.2"/><mass value="0.5"/>
+<inertia ixx="0.01" iyy="0.015" izz="0.007" ixy="0.001" ixz="0" iyz="0"/></inertial></link>
+<joint name="root" type="TYPE"><parent link="world"/><child link="l1"/>
+<origin xyz="0.1 0.2 0.3" rpy="0.4 -0.5 1.2"/><axis xyz="0 0.6 0.8"/></joint>
+<joint name="knee" type="continuous"><parent link="l1"/><child link="l2"/>
+<origin xyz="0 0.1 -0.4"/><axis xyz="0.6 0.8 0"/></joint></robot>"""
+
+
+def test_a_floating_joint_of_urdf_is_pinocchios(tmp_path: Path) -> None:
+    file = tmp_path / "robot.urdf"
+    file.write_text(URDF.replace("TYPE", "floating"))
+    robot = load(file)
+    assert (robot.active[0], len(robot.idle)) == ("knee", 6)
+    model = pin.buildModelFromUrdf(str(file))
+    data = model.createData()
+    rng = np.random.default_rng(2)
+    pose, v, dv = random_pose(rng), rng.normal(size=7), rng.normal(size=7)
+    state = robot.close_at_poses({"root": pose}, {"root": v[:6]}, du=[v[6], *[0] * 6])
+    there = pin.neutral(model)
+    there[:7] = np.r_[pose.position, Rotation.from_matrix(pose.rotation).as_quat()]
+    expected = pin.rnea(model, data, there, v, dv)
+    twists = robot.twist_map(state)
+    ddu = twists.rate_accelerations(np.r_[dv[6], dv[:6]])
+    found = twists.wrenches(robot.inverse_dynamics(state, ddu))
+    assert found == pytest.approx(np.r_[expected[6], expected[:6]], abs=ROUNDING)
+
+
+def test_a_planar_joint_of_urdf_moves_across_its_axis(tmp_path: Path) -> None:
+    file = tmp_path / "robot.urdf"
+    file.write_text(URDF.replace("TYPE", "planar"))
+    robot = load(file)
+    assert robot.active == ("root_x", "root_y", "root_turn", "knee")
+    place = Rotation.from_euler("xyz", [0.4, -0.5, 1.2]).as_matrix()
+    pose = robot.forward_kinematics(robot.close([0.3, -0.2, 0.7, 0.1]), "l1")
+    moved = place.T @ (pose.position - [0.1, 0.2, 0.3])
+    assert moved @ [0, 0.6, 0.8] == pytest.approx(0.0, abs=1e-14)
+    turned = Rotation.from_matrix(place.T @ pose.rotation).as_rotvec()
+    assert turned == pytest.approx([0, 0.7 * 0.6, 0.7 * 0.8], abs=1e-14)

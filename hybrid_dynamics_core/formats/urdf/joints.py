@@ -11,7 +11,10 @@ _TYPES = {
     "continuous": "revolute",
     "prismatic": "prismatic",
     "fixed": "fixed",
+    "planar": "planar",
+    "floating": "free",
 }
+_ONE_FREEDOM = ("revolute", "prismatic")
 _X_AXIS = (1.0, 0.0, 0.0)
 UNLIMITED = 1e9  # [N m or N, rad/s or m/s] what programs write for no limit
 _INFINITY = ("inf", "infinity")
@@ -37,6 +40,8 @@ class JointReader:
 
     def motion(self) -> Data:
         """Axis, limits, friction and mimic of the joint, as far as it has them."""
+        if self._type() not in _ONE_FREEDOM:
+            return self._motion_of_several()
         entries: Data = {"axis": self._axis()}
         limit = self.element.first("limit")
         if limit is not None:
@@ -51,17 +56,23 @@ class JointReader:
             entries["mimic"] = self._mimic(mimic)
         return entries
 
+    def _motion_of_several(self) -> Data:
+        """Axis of a planar joint, which is the normal of its plane; nothing of a floating one."""
+        for tag in ("limit", "dynamics", "mimic"):
+            if self.element.first(tag) is not None:
+                kind = self.element.get("type")
+                text = f"<{tag}> of {kind} joints, for which URDF gives no meaning; left out"
+                self._note(self.element.first(tag) or self.element, text)
+        return {"axis": self._axis()} if self._type() == "planar" else {}
+
     def _type(self) -> str:
         urdf_type = self.element.get("type")
         if urdf_type in _TYPES:
             return _TYPES[urdf_type]
-        hint = ""
-        if urdf_type == "floating":
-            hint = "; a base that moves freely is not covered: leave the joint out, or fix the base"
         raise self.xml.error(
             self.element,
             (*self.path, "type"),
-            f"is '{urdf_type}'; expected one of {', '.join(_TYPES)}{hint}",
+            f"is '{urdf_type}'; expected one of {', '.join(_TYPES)}",
         )
 
     def _link(self, tag: str) -> str:

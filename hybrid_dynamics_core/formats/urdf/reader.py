@@ -236,6 +236,15 @@ class _UrdfReader:
         if entry["type"] != "fixed":
             entry |= joint.motion()
         self.xml.add(("joints", name), entry, element)
+        if entry["type"] == "free":
+            self.leave_idle(name)
+
+    def leave_idle(self, name: str) -> None:
+        """Let nobody drive a joint, unless the description that names the file says so."""
+        data = self.document.data
+        idle = data.setdefault("idle", [])
+        if name not in (*idle, *data.get("active", [])):
+            idle.append(name)
 
     # -- base
 
