@@ -221,14 +221,14 @@ class Compared:
                 self.rates[dof, self.columns[name]] = 1.0
             return
         self.is_plain = False
-        names = [f"{name}_{letter}" for letter in "XYZ"]
+        names = [f"{name}_r{letter}" for letter in "xyz"]
         start = np.eye(3)
         if joint.type[0] == 0:
             body = model.body(joint.bodyid[0])
             start = turn(body.quat)
-            slides = [self.columns[f"{name}_along_{letter}"] for letter in "XYZ"]
-            data.qpos[first : first + 3] = body.pos + self.s[slides]
-            self.rates[range(dof, dof + 3), slides] = 1.0
+            slides = [self.columns[f"{name}_{letter}"] for letter in "xyz"]
+            data.qpos[first : first + 3] = body.pos + start @ self.s[slides]
+            self.rates[dof : dof + 3, slides] = start
             first, dof = first + 3, dof + 3
         columns = [self.columns[hinge] for hinge in names]
         x, y, z = (about(k, self.s[column]) for k, column in enumerate(columns))

@@ -204,7 +204,7 @@ def quaternions_and_twists(
     name = joint.name or f"joint{number}"
     if joint.type[0] > 1:  # a hinge or slide
         return np.array([q[name]]), np.array([v[name]])
-    names = [f"{name}_{letter}" for letter in "XYZ"]
+    names = [f"{name}_r{letter}" for letter in "xyz"]
     angles = [q[hinge] for hinge in names]
     turns = [rotation_about(axis, angle) for axis, angle in zip(np.eye(3), angles, strict=True)]
     x, y, z = turns
@@ -218,9 +218,9 @@ def quaternions_and_twists(
     turned = np.array([qw, qx, qy, qz])
     if joint.type[0] == 1:
         return turned, spin
-    slides = [f"{name}_along_{letter}" for letter in "XYZ"]
-    position = drawn.pos + [q[slide] for slide in slides]
-    velocity = [v[slide] for slide in slides]
+    slides = [f"{name}_{letter}" for letter in "xyz"]
+    position = drawn.pos + start @ [q[slide] for slide in slides]
+    velocity = start @ [v[slide] for slide in slides]
     return np.concatenate([position, turned]), np.concatenate([velocity, spin])
 
 

@@ -67,10 +67,10 @@ WRONG = {
         "joints.q: invalid keyword: 'screw'",
         8,
     ),
-    "ball with a rotor": (
+    "ball with a spring": (
         'name="q" type="hinge" axis="0 0 2" range="-1 2"',
-        'name="q" type="ball" range="0 2"',
-        "joints.q.armature: armature of a ball or free joint is 0.5",
+        'name="q" type="ball" range="0 2" stiffness="3"',
+        "joints.q: stiffness of a ball joint is 3; expected 0",
         8,
     ),
     "free in the tree": (

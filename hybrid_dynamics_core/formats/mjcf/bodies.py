@@ -29,7 +29,7 @@ class BodyReader:
 
     Attributes:
         names: of bodies and joints.
-        freedoms: of each joint, by its number.
+        freedoms: joints as the description has them, by their numbers.
         moving: numbers of bodies that move.
     """
 
@@ -39,7 +39,7 @@ class BodyReader:
         self.content = model.content
         self.joints = JointReader(model, settings)
         self.names = Names(self.content.bodies, self.content.joints)
-        self.freedoms: dict[int, list[Freedom]] = {}
+        self.freedoms: dict[int, Freedom] = {}
         self.moving = _moving(self.content.bodies)
 
     def read(self) -> None:
@@ -77,14 +77,13 @@ class BodyReader:
             joint = self.content.joints[number]
             name = self.names.joints[number]
             if joint.kind in TYPES:
-                freedoms = [self.joints.freedom(number, name)]
+                freedom = self.joints.freedom(number, name)
             else:
-                freedoms = several_freedoms(self.model, joint, name, pose)
+                freedom = several_freedoms(self.joints, joint, name, pose)
             if joint.kind == "free":
                 start = Transform()
-            self.freedoms[number] = freedoms
-            element = self.model.joint_element(joint)
-            chain.extend((freedom, element) for freedom in freedoms)
+            self.freedoms[number] = freedom
+            chain.append((freedom, self.model.joint_element(joint)))
         for freedom, element in chain[:-1]:
             massless = self.names.free("body", f"{freedom.name}_link")
             self.xml.add(("links", massless), {}, element)

@@ -77,7 +77,7 @@ class JointReader:
             "axis": list(joint.axis),
             **self._limits(joint, name),
             **self._effort_limit(joint),
-            **self._effects(joint, number, name),
+            **self.effects(joint, name, number),
         }
         if joint.drawn:
             entry["offset"] = -joint.drawn
@@ -101,8 +101,17 @@ class JointReader:
         largest = largest_of(self.model, joint.line, "actuatorfrcrange", joint.effort_range)
         return {"effort_limit": largest}
 
-    def _effects(self, joint: Joint, number: int, name: str) -> Data:
-        """Friction, drive and spring of a joint."""
+    def effects(self, joint: Joint, name: str, number: int = -1) -> Data:
+        """Friction, drive and spring of a joint.
+
+        Args:
+            joint: of any kind.
+            name: of the joint.
+            number: of a hinge or slide, to which actuators may add.
+
+        Raises:
+            DescriptionError: it has a spring or damper that is not linear.
+        """
         self._require_linear(joint, name)
         viscous = 0.0
         coulomb = 0.0

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...algebra.rotations import canonical, quaternion
 from ...description.geometry import (
     IDENTITY,
     Transform,
@@ -26,6 +27,11 @@ def rotation_of(quat: Sequence[float]) -> Array:
     if not any(quat):
         return IDENTITY
     return snapped(rotation_from_quaternion(np.array(quat)))
+
+
+def quat_entry(rotation: Array) -> list[float]:
+    """A rotation (3, 3) as a description file has it: x, y, z, w."""
+    return list(canonical(quaternion(rotation)))
 
 
 def pose_entry(pose: Transform) -> dict[str, list[float]]:

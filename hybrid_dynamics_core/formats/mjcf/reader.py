@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...description.defaults import driven_joints, farthest_link
-from ...description.document import Document
-from ...description.geometry import Transform
+from ...description.document import Data, Document
 from ...ground.file_options import NO_OPTIONS, FileOptions
 from ..extras_reader import TAG, read_extras
 from ..packages import Packages
@@ -24,10 +23,11 @@ from .closures import ClosureReader
 from .compiler.model import MjcfModel
 from .couplings import CouplingReader
 from .includes import open_includes
+from .joints import TYPES
 from .names import WORLD
 from .poses import pose_entry, pose_of
 from .settings import Settings
-from .several_freedoms import WIDTHS, coordinates
+from .several_freedoms import WIDTHS, pose_in_keyframe
 from .tendons import TendonReader
 from .vocabulary import ADVICE, MJCF
 
@@ -168,15 +168,15 @@ class _MjcfReader:
                 reference.pop(name, None)
         self.document.data["reference"] = reference
 
-    def drawn(self) -> dict[str, float]:
-        """The coordinates of all joints as the file draws them, within their limits."""
+    def drawn(self) -> Data:
+        """The coordinates of hinges and slides as the file draws them, within their limits."""
         joints = self.document.section("joints")
-        coordinates: dict[str, float] = {}
-        for freedoms in self.bodies.freedoms.values():
-            for freedom in freedoms:
+        values: Data = {}
+        for freedom in self.bodies.freedoms.values():
+            if freedom.entry["type"] in TYPES.values():
                 limits = joints[freedom.name].get("limits", (freedom.ref, freedom.ref))
-                coordinates[freedom.name] = self.within(freedom.name, limits, freedom.ref)
-        return coordinates
+                values[freedom.name] = self.within(freedom.name, limits, freedom.ref)
+        return values
 
     def within(self, name: str, limits: Sequence[float], drawn: float) -> float:
         """The drawn coordinate of a joint, or the limit that is nearest to it."""
@@ -188,17 +188,18 @@ class _MjcfReader:
             )
         return nearest
 
-    def coordinates(self, key: list[float]) -> dict[str, float]:
-        """The coordinates of all joints in a keyframe."""
-        values: dict[str, float] = {}
-        for number, freedoms in self.bodies.freedoms.items():
+    def coordinates(self, key: list[float]) -> Data:
+        """The coordinates of all joints in a keyframe; of balls and free joints their poses."""
+        values: Data = {}
+        for number, freedom in self.bodies.freedoms.items():
             joint = self.model.content.joints[number]
-            body = self.model.content.bodies[joint.body]
-            drawn: Transform = pose_of(body.pos, body.quat)
-            end = joint.address + WIDTHS[joint.kind]
-            numbers = coordinates(joint, drawn, key[joint.address : end])
-            names = [freedom.name for freedom in freedoms]
-            values.update(zip(names, numbers, strict=True))
+            numbers = key[joint.address : joint.address + WIDTHS[joint.kind]]
+            if joint.kind in TYPES:
+                (values[freedom.name],) = numbers
+            else:
+                body = self.model.content.bodies[joint.body]
+                drawn = pose_of(body.pos, body.quat)
+                values[freedom.name] = pose_in_keyframe(joint, drawn, numbers)
         return values
 
     def add_extras(self) -> None:
