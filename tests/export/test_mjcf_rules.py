@@ -237,6 +237,7 @@ REFUSED = {
         ),
         7,
     ),
+    "a size beyond all": (model('<geom type="box" size="1e200 1 1e200"/>'), 4),
     "another model": (model('<attach model="m" body="b" prefix="p"/>'), 5),
 }
 

@@ -22,8 +22,15 @@ def mass_entry(body: Body, name: str, xml: XmlReader, element: LocatedElement) -
         name: of its link.
         xml: takes notes.
         element: the body.
+
+    Raises:
+        DescriptionError: a number is not finite.
     """
     inertia = np.array(body.inertia)
+    numbers = np.concatenate([[body.mass], body.com, inertia.ravel()])
+    if not np.isfinite(numbers).all():
+        problem = f"has a mass of {body.mass:g} kg or moments that are not finite"
+        raise xml.error(element, ("links", name), problem)
     moments = np.linalg.eigvalsh(inertia)
     if body.mass <= NEGLIGIBLE and moments[-1] <= NEGLIGIBLE:
         return {}

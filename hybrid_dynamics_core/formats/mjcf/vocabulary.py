@@ -79,7 +79,7 @@ MJCF: dict[str, Vocabulary] = {
         f"name pos childclass {_ORIENTATIONS}", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
     ),
     "replicate": vocabulary(
-        "count euler offset sep childclass", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
+        "count euler offset sep prefix childclass", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
     ),
     "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
     "geom": vocabulary(  # is left out but for its mass, which the reader says
