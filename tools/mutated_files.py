@@ -1,6 +1,6 @@
 """Load thousands of files with faults in them: each is read, or refused by an error of the library.
 
-python tools/mutated_files.py {yaml,json,xacro,mjcf} [COUNT] [SEED]
+python tools/mutated_files.py {yaml,json,xacro,mjcf,urdf,sdf} [COUNT] [SEED]
 
 Prints how many were read and refused, the longest processor time of one file, and the most memory.
 A file that ends otherwise is kept, and named; then the exit code is 1.
@@ -72,7 +72,48 @@ WORDS = [
     *("!!python/object:x", "9**9**9", "pi", "../", "\0", "\ufeff", "é", "true", "x" * 50, ": "),
     *("- ", "\t", "\n", "#", "quat", "matrix", "xacro:", "name=", "[[[[", "{{{{", "${", "$("),
 ]
-XML = {"xacro": XACRO, "mjcf": MJCF}
+URDF = """\
+<robot name="r" version="1.2">
+  <link name="a"/>
+  <link name="b"><inertial><mass value="2"/><origin xyz="0.1 0 0" rpy="0 0.1 0"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="c"><inertial><mass value="1"/><origin quat_xyzw="0 0 0 1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0.1" ixz="0" iyz="0"/></inertial></link>
+  <link name="d"/>
+  <joint name="p" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="5" velocity="2"/><dynamics damping="0.1"/></joint>
+  <joint name="q" type="continuous"><origin xyz="0.3 0 0"/><parent link="b"/><child link="c"/>
+    <axis xyz="0 1 0"/><mimic joint="p" multiplier="2" offset="0.1"/></joint>
+  <joint name="s" type="fixed"><parent link="c"/><child link="d"/></joint>
+  <joint name="f" type="floating"><parent link="d"/><child link="e"/></joint><link name="e"/>
+  <transmission name="t"><joint name="p"/><actuator name="m"/></transmission>
+  <ros2_control name="h" type="system"><joint name="p"><command_interface name="effort"/></joint>
+  </ros2_control>
+  <gazebo reference="b"><gravity>true</gravity></gazebo>
+</robot>
+"""
+_BODY = "<inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>"
+SDF = f"""\
+<sdf version="1.9"><world name="w"><gravity>0 0 -9.8</gravity>
+  <include><uri>model://ground</uri></include>
+  <model name="m" placement_frame="a"><pose relative_to="world">0 0 1 0 0 0.1</pose>
+    <frame name="f" attached_to="a"><pose degrees="true">0 0 0 0 0 90</pose></frame>
+    <link name="a">{_BODY}</link>
+    <link name="b"><pose relative_to="f">0.1 0 0 0 0 0</pose>{_BODY}</link>
+    <model name="n"><pose relative_to="b">0 0 0.1 0 0 0</pose>
+      <link name="c"><gravity>true</gravity>{_BODY}</link>
+      <link name="d"><pose relative_to="c">0.2 0 0 0 0 0</pose>{_BODY}</link>
+      <joint name="u" type="universal"><parent>c</parent><child>d</child>
+        <axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint></model>
+    <joint name="p" type="revolute"><parent>a</parent><child>b</child><axis>
+      <xyz expressed_in="f">0 1 0</xyz><limit><lower>-1</lower><upper>1</upper></limit>
+      </axis></joint>
+    <joint name="k" type="fixed"><parent>b</parent><child>n::c</child></joint>
+    <joint name="l" type="ball"><parent>a</parent><child>n::d</child></joint>
+    <joint name="g" type="fixed"><parent>world</parent><child>a</child></joint>
+  </model></world></sdf>
+"""
+XML = {"xacro": XACRO, "mjcf": MJCF, "urdf": URDF, "sdf": SDF}
 EXPRESSIONS = [
     *("${9**9**9}", "${[0]*10**10}", "${'a'*10**10}", "$(find x)", "${x}", "${load_yaml('x')}"),
     *("${m.k}", "${python.map}", "${1/0}", "${[x for x in range(9)]}", "$(arg q)", "$(eval 1+1)"),
@@ -110,7 +151,7 @@ class Mutation:
     def __init__(self, form: str, seed: int) -> None:
         self.random = random.Random(seed)  # noqa: S311 - no secret
         self.kinds = [self.letters, self.number, self.word, self.lines]
-        self.values = LARGE if form == "mjcf" else EXPRESSIONS
+        self.values = EXPRESSIONS if form == "xacro" else LARGE
         if form in XML:  # the most of letters would be no XML
             self.kinds = [self.number, self.word, self.attribute, self.attribute, self.attribute]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from hybrid_dynamics_core import DescriptionError
+from hybrid_dynamics_core import DescriptionError, load
 from hybrid_dynamics_core.formats import read_description, read_urdf
 from tests.description.oracle import close, frame_pose, freedom, gaps, mass_matrix
 
@@ -230,14 +230,14 @@ CASES = {
     "no such child": (
         '<child link="end_A"/>',
         '<child link="end_C"/>',
-        None,
-        "are without a parent (ground, end_A)",
+        11,
+        "no link 'end_C' (did you mean 'end_B'?)",
     ),
     "two parents": (
         '<child link="end_A"/>',
         '<child link="end_B"/>',
         None,
-        "are without a parent (ground, end_A)",
+        "link 'end_B' already hangs on joint",
     ),
     "name used twice": (
         '<link name="end_A"/>',
@@ -362,3 +362,21 @@ def test_rounded_inertia_of_drawing_programs_passes(tmp_path: Path) -> None:
         BARS[BARS.index("<inertia ixx") : BARS.index("/>", BARS.index("<inertia ixx")) + 2], plate
     )
     assert read_urdf(write(tmp_path, rounded)).links["crank"].inertia[0, 1] == 0
+
+
+def test_links_without_a_parent_stand_on_the_world(tmp_path: Path) -> None:
+    """At the origin, where Drake and Gazebo put them; a base that only joints name is one too."""
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    joint = '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{0}"/></joint>'
+    links = "".join(f'<link name="{name}">{inertial}</link>' for name in ("p", "q"))
+    joints = joint.format("p", "one") + joint.format("q", "two")
+    file = tmp_path / "roots.urdf"
+    file.write_text(f'<robot name="r"><link name="one"/><link name="two"/>{links}{joints}</robot>')
+    robot = load(file)
+    assert (robot.description.base, robot.coordinates) == ("world", ("p", "q"))
+    assert robot.minimal_form(robot.close([0, 0]))[0] == pytest.approx(np.eye(2))
+    assert any("2 links are without a parent (one, two)" in n for n in robot.description.notes)
+    file.write_text(f'<robot name="r">{links}{joints.replace("two", "one")}</robot>')
+    robot = load(file)
+    assert robot.description.base == "one"
+    assert any("there is no <link> 'one'" in note for note in robot.description.notes)

@@ -34,6 +34,7 @@ _XACRO = (
     "is a xacro file; its expressions are evaluated only where its name ends in .xacro: rename it,"
     " or run it through xacro first"
 )
+_WORLD = "world"
 _MAX_LISTED = 8  # links in a message
 
 
@@ -249,22 +250,49 @@ class _UrdfReader:
     # -- base
 
     def add_base(self) -> None:
-        """Make the one link that is no child the base."""
+        """Make the link that is no child the base; of several the world, on which they stand."""
         links = [element.get("name") for element in self.xml.root.all("link")]
-        roots = [name for name in links if name not in self.children]
+        roots = [name for name in links if name not in self.children] or self.undeclared(links)
         if len(roots) == 1:
             self.document.data.setdefault("base", roots[0])
             return
-        listed = ", ".join(roots[:_MAX_LISTED])
-        problem = f"{len(roots)} links are without a parent ({listed}); a robot has one"
         if not links:
             problem = "there are no links; a file of macros alone is included by one of a robot"
-        elif not roots:
+            raise self.xml.error(self.xml.root, (), problem)
+        if not roots:
             problem = (
                 "the joints form a cycle, no link is without a parent; cut it and give the loop"
                 " under closures"
             )
-        raise self.xml.error(self.xml.root, (), problem)
+            raise self.xml.error(self.xml.root, (), problem)
+        self.put_on_world(roots)
+
+    def undeclared(self, links: list[str]) -> list[str]:
+        """The link that joints name as their parent, and that has no element, with a note."""
+        joints = self.document.section("joints").values()
+        parents = dict.fromkeys(joint["parent"] for joint in joints)
+        names = [name for name in parents if name not in links]
+        if len(names) != 1:
+            return []
+        self.xml.note(self.xml.root, f"there is no <link> '{names[0]}'; taken as what stands still")
+        return names
+
+    def put_on_world(self, roots: list[str]) -> None:
+        """Fix links without a parent at the origin of the world, where other programs put them."""
+        base = _WORLD
+        while base in self.document.section("links"):
+            base += "_"
+        self.document.section("links")[base] = {}
+        self.document.data.setdefault("base", base)
+        joints = self.document.section("joints")
+        for root in roots:
+            name = f"{base}_to_{root}"
+            while name in joints:
+                name += "_"
+            joints[name] = {"type": "fixed", "parent": base, "child": root}
+        listed = ", ".join(roots[:_MAX_LISTED])
+        text = f"{len(roots)} links are without a parent ({listed}); taken as standing on the world"
+        self.xml.note(self.xml.root, text)
 
 
 def _is_xacro(root: LocatedElement) -> bool:
