@@ -8,14 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
-
 from .constraints.equations import Equation
 
-Indices = NDArray[np.int32]
+Rows = list[list[int]]  # of each equation, columns or other rows
 
 
 class EquationBlock(NamedTuple):
@@ -44,70 +39,112 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     if not any(equation.involved & set(unknowns) for equation in equations):
         return Matching([], list(unknowns), list(equations))
     incidence = _incidence(equations, unknowns)
-    matched = maximum_bipartite_matching(incidence, perm_type="column")
-    surplus = [equations[row] for row in np.flatnonzero(matched < 0).tolist()]
-    undetermined = _undetermined(incidence, matched)
+    matched = _maximum(incidence)
+    surplus = [equation for row, equation in enumerate(equations) if row not in matched]
+    undetermined = _undetermined(incidence, matched, len(unknowns))
     if surplus or undetermined:
         return Matching([], [unknowns[k] for k in undetermined], surplus)
-    # equation r needs the unknowns of the equations in its row
-    depends = csr_array(incidence[:, matched])
-    _, label = connected_components(depends, directed=True, connection="strong")
+    row_of = {column: row for row, column in matched.items()}
+    # an equation needs those that the other unknowns in it are matched to
+    depends = [[row_of[column] for column in columns] for columns in incidence]
     blocks: list[EquationBlock] = []
-    for rows in _ordered(depends, label):
+    for rows in _ordered(depends):
         solved = sorted(unknowns[matched[row]] for row in rows)
         of_block = tuple(equations[row] for row in rows)
         blocks.append(EquationBlock(of_block, tuple(solved)))
     return Matching(blocks, [], [])
 
 
-def _incidence(equations: Sequence[Equation], unknowns: Sequence[int]) -> csr_array:
-    """Entries where an equation can depend on an unknown (equations, unknowns)."""
+def _incidence(equations: Sequence[Equation], unknowns: Sequence[int]) -> Rows:
+    """Of each equation, the columns of the unknowns that it can depend on."""
     column = {coordinate: k for k, coordinate in enumerate(unknowns)}
-    pairs: list[tuple[int, int]] = []
-    for row, equation in enumerate(equations):
-        pairs += [(row, column[k]) for k in sorted(equation.involved) if k in column]
-    indices = np.array(pairs, dtype=np.int32).T
-    entries = np.ones(len(pairs))
-    shape = (len(equations), len(unknowns))
-    return csr_array(coo_array((entries, indices), shape=shape))
+    incidence: Rows = []
+    for equation in equations:
+        incidence.append([column[k] for k in sorted(equation.involved) if k in column])
+    return incidence
 
 
-def _undetermined(incidence: csr_array, matched: Indices) -> list[int]:
+def _maximum(incidence: Rows) -> dict[int, int]:
+    """As many rows as possible, each with a column of its own; early rows come first.
+
+    A library of graphs would take longer to import than most programs take to run.
+    """
+    matched: dict[int, int] = {}
+    row_of: dict[int, int] = {}
+    for row in range(len(incidence)):
+        _match_one_more(incidence, row, matched, row_of)
+    return matched
+
+
+def _match_one_more(
+    incidence: Rows, start: int, matched: dict[int, int], row_of: dict[int, int]
+) -> None:
+    """Match a row along the shortest alternating path to a free column, if there is one."""
+    reached_from: dict[int, int] = {}
+    waiting = [start]
+    for row in waiting:  # grows while it is walked
+        for column in incidence[row]:
+            if column in reached_from:
+                continue
+            reached_from[column] = row
+            if column not in row_of:
+                _flip(column, reached_from, matched, row_of)
+                return
+            waiting.append(row_of[column])
+
+
+def _flip(
+    column: int, reached_from: dict[int, int], matched: dict[int, int], row_of: dict[int, int]
+) -> None:
+    """Each row on the way to a free column takes the column that it was reached by."""
+    free: int | None = column
+    while free is not None:
+        row = reached_from[free]
+        previous = matched.get(row)
+        matched[row] = free
+        row_of[free] = row
+        free = previous
+
+
+def _undetermined(incidence: Rows, matched: dict[int, int], size: int) -> list[int]:
     """Columns without an equation, and all that could be without one instead.
 
     They are on alternating paths from one another.
     """
-    has_equation = set(matched[matched >= 0].tolist())
-    columns = [c for c in range(incidence.shape[1]) if c not in has_equation]
-    by_column = incidence.tocsc()
+    has_equation = set(matched.values())
+    columns = [c for c in range(size) if c not in has_equation]
     for c in columns:  # grows while it is walked
-        for row in by_column[:, [c]].indices:
-            other = int(matched[row])
-            if other >= 0 and other not in columns:
-                columns.append(other)
+        for row, others in enumerate(incidence):
+            if c in others and row in matched and matched[row] not in columns:
+                columns.append(matched[row])
     return sorted(columns)
 
 
-def _ordered(depends: csr_array, label: Indices) -> list[list[int]]:
+def _ordered(depends: Rows) -> Rows:
     """Rows of each block, such that each block needs only earlier ones; as given among equals."""
-    waiting = list(dict.fromkeys(label.tolist()))
-    members = {block: np.flatnonzero(label == block).tolist() for block in waiting}
-    needs: dict[int, set[int]] = {}
-    for block in waiting:
-        needs[block] = _blocks_in(depends, members[block], label) - {block}
-    ordered: list[list[int]] = []
+    needs = [_reached(depends, row) for row in range(len(depends))]
+    waiting: Rows = []
+    for row, reached in enumerate(needs):
+        block = [other for other in sorted(reached) if row in needs[other]]
+        if block[0] == row:
+            waiting.append(block)
+    ordered: Rows = []
     done = set[int]()
     while waiting:
-        block = next(block for block in waiting if needs[block] <= done)
+        block = next(block for block in waiting if needs[block[0]] <= done | set(block))
         waiting.remove(block)
-        done.add(block)
-        ordered.append(members[block])
+        done.update(block)
+        ordered.append(block)
     return ordered
 
 
-def _blocks_in(depends: csr_array, rows: Sequence[int], label: Indices) -> set[int]:
-    """The blocks whose unknowns some equations contain."""
-    blocks = set[int]()
-    for row in rows:
-        blocks.update(label[depends[[row], :].indices].tolist())
-    return blocks
+def _reached(depends: Rows, start: int) -> set[int]:
+    """The rows that a row needs, directly or through others, itself among them."""
+    reached = {start}
+    waiting = [start]
+    for row in waiting:  # grows while it is walked
+        for other in depends[row]:
+            if other not in reached:
+                reached.add(other)
+                waiting.append(other)
+    return reached

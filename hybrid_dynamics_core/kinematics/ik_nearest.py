@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import minimize
 
 from ..ground.arrays import Array
 from .ik_descent import Descent, Task, distinct
@@ -39,6 +38,7 @@ def polished(problem: IKProblem, descent: Descent) -> Descent:
 
 def _minimum(task: Task, start: Array) -> Array:
     """The minimum (n,) of the squared error near a start, within the limits."""
+    from scipy.optimize import minimize  # noqa: PLC0415  slow to import, and only this needs it
 
     def cost(u: Array) -> tuple[float, Array]:
         error, jacobian, closed = task.error(u[None])
