@@ -19,18 +19,32 @@ SLACK = 1e-6  # [rad or m] that tables do not show
 
 
 def narrowed(machine: Robot) -> list[str]:
-    """A sentence for each active joint whose loop closes over less than the file allows."""
+    """A sentence for each active joint that loops or joints behind it allow less than the file."""
     sentences = []
-    for name, (lower, upper) in zip(machine.active, machine.limits.tolist(), strict=True):
+    for k, name in enumerate(machine.active):
+        lower, upper = machine.limits[k].tolist()
         least, most = machine.description.joints[name].limits
         cuts = [lower - least, most - upper]  # infinite where the file gives no limit
         if not any(SLACK < cut < math.inf for cut in cuts):
             continue
         unit = coordinate_unit(machine.joint_types[name])
         allowed = f"the file allows {least:g} to {most:g} {unit}"
-        closed = f"its loop closes from {number(lower)} to {number(upper)} {unit}"
-        sentences.append(f"{name}: {allowed}; {closed}")
+        remains = f"from {number(lower)} to {number(upper)} {unit}"
+        sentence = f"{name}: {allowed}; its loop closes {remains}"
+        if _is_cut_by_joints(machine, k):
+            sentence = f"{name}: {allowed}; limits of joints that follow it leave it {remains}"
+        sentences.append(sentence)
     return sentences
+
+
+def _is_cut_by_joints(machine: Robot, k: int) -> bool:
+    """Whether an end of an active coordinate is neither the file's nor the loop's."""
+    described = machine.description.joints[machine.active[k]].limits
+    closing = machine.closing_range[k].tolist()
+    for end, *sources in zip(machine.limits[k].tolist(), described, closing, strict=True):
+        if math.isfinite(end) and min(abs(end - source) for source in sources) > SLACK:
+            return True
+    return False
 
 
 def role(machine: Robot, name: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..closure.blocks.block_solver import BlockSolver
+from ..closure.limit_range import limited_range
 from ..closure.toggle_range import closing_interval, given_inputs
 from ..errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from ..ground.arrays import Array
@@ -199,9 +200,14 @@ def _narrower_limits(
     coordinate: int,
     allowed: tuple[float, float],
 ) -> str:
-    """The limits of a coordinate, where they leave less than the loop does."""
+    """The limits of a coordinate, where they leave less than the loop does.
+
+    They are its own, narrowed by those of the joints that follow it alone.
+    """
     tree = model.tree
     lower, upper = next(body.limits for body in tree.bodies if body.coordinate == coordinate)
+    least, most = limited_range(tree, model.plan, coordinate)
+    lower, upper = max(lower, least), min(upper, most)
     if lower <= allowed[0] and upper >= allowed[1]:
         return ""
     name, unit = tree.coordinates[coordinate], tree.unit(coordinate)

@@ -48,6 +48,13 @@ def given_inputs(plan: ClosurePlan, block: BlockSolver) -> list[int]:
     return [k for k in plan.given if k in reached]
 
 
+def searched_half(tree: Tree, plan: ClosurePlan, k: int) -> float:
+    """How far a search for ends of a coordinate goes to either side [rad or m]."""
+    if tree.is_revolute(k):
+        return _TURN
+    return _SPAN * max(loop.length for loop in plan.loops)
+
+
 class ClosingSearch:
     """Where loops close as one given coordinate moves and the other ones stay.
 
@@ -115,9 +122,7 @@ class ClosingSearch:
         Returns:
             Its ends [rad or m], infinite where none was met. None where the loops close nowhere.
         """
-        half = _TURN
-        if not self._tree.is_revolute(self._k):
-            half = _SPAN * max(loop.length for loop in self._plan.loops)
+        half = searched_half(self._tree, self._plan, self._k)
         step = 2.0 * half / (_SAMPLES - 1)
         values = near + half * np.linspace(-1.0, 1.0, _SAMPLES) + _OFF_GRID * step
         closes = self.closes(values)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..algebra.charts import LEAVE, angles_of, rotation_of
 from ..closed_state.assembly_modes import mode_names
+from ..closure.limit_range import limited_range
 from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
 from ..closure.plan import ClosurePlan, build_plan
 from ..closure.printed_numbers import snapped
@@ -153,11 +154,13 @@ class RobotModel:
         """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
 
         They are what three ranges share: the limits of the description, the `closing_range`, and
-        what the limits of joints that follow this one alone leave.
+        what the limits of joints that follow this one alone leave, through loops or as followers.
         """
         limits = [self.description.joints[name].limits for name in self.active]
         described = np.reshape(limits, (-1, 2))
         ranges = [described, self.closing_range, *self._ranges_from_followers()]
+        behind = [limited_range(self.tree, self.plan, k) for k in range(len(self.active))]
+        ranges.append(np.reshape(behind, (-1, 2)))
         lower = np.max([one[:, 0] for one in ranges], axis=0)
         upper = np.min([one[:, 1] for one in ranges], axis=0)
         return frozen(np.stack([lower, upper], axis=1))

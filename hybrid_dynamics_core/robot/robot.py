@@ -134,8 +134,9 @@ class Robot:
     def limits(self) -> Array:
         """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
 
-        They are the limits of the description, narrowed to the `closing_range`, and to the limits
-        of joints that follow this one alone.
+        They are the limits of the description, narrowed to the `closing_range`, and to what the
+        limits of joints that follow this one alone leave, through loops or as followers. Where an
+        iteration closes the loop, limits of its joints do not narrow them.
         """
         return self._model.limits
 

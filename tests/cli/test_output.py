@@ -107,10 +107,17 @@ def test_which_links_a_joint_ties_and_inertias_are_reported() -> None:
 
 @pytest.mark.parametrize("verb", ["check", "info"])
 def test_a_limit_that_the_loop_cuts_is_reported(verb: str, lift: str) -> None:
-    most = load(lift).limits[0, 1]  # where crank and cylinder are in line
-    note = f"stroke: the file allows 0 to 0.95 m; its loop closes from 0 to {most:.6g} m"
-    assert f"note: {note}" in call(verb, lift).output
-    assert note in data_of(verb, lift)["notes"]
+    text = Path(lift).read_text(encoding="utf-8")
+    assert "limits: [0, 1.1]" in text  # of q2, which follows
+    free = Path(lift).with_name("free.yaml")
+    free.write_text(text.replace("limits: [0, 1.1]", "limits: [-3, 3]"), encoding="utf-8")
+    most = load(free).limits[0, 1]  # where crank and cylinder are in line
+    closes = f"its loop closes from 0 to {most:.6g} m"
+    followed = "limits of joints that follow it leave it from 0 to 0.249827 m"
+    for place, reason in ((str(free), closes), (lift, followed)):
+        note = f"stroke: the file allows 0 to 0.95 m; {reason}"
+        assert f"note: {note}" in call(verb, place).output
+        assert note in data_of(verb, place)["notes"]
     assert "the file allows" not in call(verb, "excavator").output
 
 
@@ -119,8 +126,10 @@ def test_values_beyond_a_limit_are_noted_and_answered(verb: str, lift: str) -> N
     """Limits bind no model: the answer stays, with a word on stderr, of passive joints too."""
     result = call(verb, lift, "-u", "0.3", "--json")
     assert result.exit_code == 0
-    assert re.fullmatch(r"note: q2 = 1.1\d+ rad is beyond its limit 1.1 rad\n", result.stderr)
-    (entry,) = json.loads(result.stdout)["beyond_limits"]
+    led, follows = result.stderr.splitlines()
+    assert led == "note: stroke = 0.3 m is beyond its limit 0.249827 m"
+    assert re.fullmatch(r"note: q2 = 1.1\d+ rad is beyond its limit 1.1 rad", follows)
+    _, entry = json.loads(result.stdout)["beyond_limits"]
     assert (entry["name"], entry["limit"]) == ("q2", 1.1)
     within = call(verb, lift, "-u", "0.1", "--json")
     assert not within.stderr
