@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ..closure.blocks.block_solver import BlockSolver
+from ..closure.closed_motion import ClosedMotion
 from ..closure.limit_range import limited_range
 from ..closure.toggle_range import closing_interval, given_inputs
 from ..errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..programs import Model, Outcome, OutcomeKind
+from ..programs.closure import OPEN
 
 # [rad or m] a value this near the end of its range counts as being at it
 EDGE = 1e-9
@@ -79,7 +81,7 @@ def error_for(
         return InputError("the result is not finite: the input is too large to compute with")
     blocks = model.plan.blocks
     if outcome.block > len(blocks):
-        return _inconsistent(model, index)
+        return _inconsistent(model, u, signs, index)
     if outcome.block == len(blocks):
         return _half_turn(blocks[-1], index)
     block = blocks[outcome.block]
@@ -88,14 +90,29 @@ def error_for(
     return _unreachable(model, block, u, signs, index)
 
 
-def _inconsistent(model: Model, index: int | None) -> ClosureError:
+def _inconsistent(model: Model, u: Array, signs: Array, index: int | None) -> ClosureError:
     """The error for redundant equations that do not hold away from the reference."""
     loops = [equation.loop.name for equation in model.plan.redundant]
     names = "+".join(dict.fromkeys(loops))
     problem = (
         "closes at the reference but not here: it has more equations than it can meet in motion"
+        f"{_misfit(model, u, signs)}"
     )
     return ClosureError(f"loop '{names}' {problem}", loop=names, index=index)
+
+
+def _misfit(model: Model, u: Array, signs: Array) -> str:
+    """By how much the worst of the redundant equations misses, where no iteration decides."""
+    plan = model.plan
+    if any(block.iterates for block in plan.blocks):
+        return ""
+    motion = ClosedMotion(model.tree, plan, u.tolist(), signs.tolist(), plan.reference.q)
+    sizes = [abs(float(residual)) for residual in motion.surplus]
+    worst = max(range(len(sizes)), key=sizes.__getitem__)
+    loop = plan.redundant[worst].loop
+    share = f"{sizes[worst]:.2g} of its length; {OPEN:g} is allowed"
+    size = f"{sizes[worst] * loop.length:.3g} m"
+    return f"; '{loop.name}' misses by {size} ({share}): take another mode, or mend its lengths"
 
 
 def _half_turn(last: BlockSolver, index: int | None) -> ClosureError:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..description.model import RobotDescription
-from ..errors import DescriptionError
 from ..ground.wording import counted, singular_or_plural
 from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree
@@ -13,7 +12,7 @@ from .constraints.equations import Equation, LoopEquations, equations_of, loops_
 from .loop_gap import describe_gap
 from .matching import Matching, match
 from .numeric_closure import CLOSED
-from .rank import Ranked, rank_equations
+from .rank import CLOSED_NEARBY, TOLD_MOVE, Ranked, rank_equations
 
 
 def independent_equations(
@@ -49,8 +48,8 @@ def independent_equations(
     if ranked.rank is not None and ranked.rank > len(unknowns):
         problem = _wrong_count(tree, len(unknowns), ranked.rank)
         surplus = f": {_names(matching.surplus)} would be fixed more than once"
-        raise robot.error("active", problem + surplus)
-    _require_movable(tree, robot, ranked)
+        raise robot.error("active", problem + surplus + _misfit(tree, robot, ranked))
+    _require_movable(tree, robot, ranked, unknowns)
     if ranked.free:
         count = len(ranked.independent)
         problem = _wrong_count(tree, len(unknowns), count, ranked.free)
@@ -83,29 +82,42 @@ def require_determined(
     )
 
 
-def _require_movable(tree: Tree, robot: RobotDescription, ranked: Ranked) -> None:
+def _require_movable(
+    tree: Tree, robot: RobotDescription, ranked: Ranked, unknowns: Sequence[int]
+) -> None:
     """Raise where the loops do not close, or only in one configuration."""
     worst = max(ranked.residual, key=lambda name: ranked.residual[name])
-    if ranked.residual[worst] > CLOSED:
-        gap = describe_gap(tree, robot, worst, configuration_at(tree, ranked.closest))
+    gap = describe_gap(tree, robot, worst, configuration_at(tree, ranked.closest))
+    share = f"{ranked.residual[worst]:.2g} of the loop's length"
+    if ranked.rigid:
+        given = [name for k, name in enumerate(tree.coordinates) if k not in unknowns]
         raise robot.error(
             robot.closure_key(worst),
-            f"does not close: {gap} ({ranked.residual[worst]:.2g} of the loop's length) where it"
-            " comes nearest; mend the geometry, or give a reference nearer to a closed"
-            " configuration",
+            f"closes at the reference, but not next to it: with {', '.join(given)} moved by"
+            f" {TOLD_MOVE:g}, {gap} ({share}; {CLOSED_NEARBY:g} is allowed). The loops are"
+            " over-determined and lengths, axes or rounded numbers do not fit: give them with more"
+            " digits, or leave out what follows from the other closures",
         )
-    if ranked.rigid:
-        raise _rigid(robot)
+    if ranked.residual[worst] > CLOSED:
+        raise robot.error(
+            robot.closure_key(worst),
+            f"does not close: {gap} ({share}; {CLOSED:g} is allowed) where it comes nearest; mend"
+            " the geometry, or give a reference nearer to a closed configuration",
+        )
 
 
-def _rigid(robot: RobotDescription) -> DescriptionError:
-    key = "loops"
-    if "closures" in robot.lines:
-        key = "closures"
-    problem = (
-        "close at the reference, but not next to it: over-determined, the mechanism cannot move"
+def _misfit(tree: Tree, robot: RobotDescription, ranked: Ranked) -> str:
+    """By how much a loop misses: numbers that do not fit make equations independent."""
+    worst = max(ranked.residual, key=lambda name: ranked.residual[name])
+    residual = ranked.residual[worst]
+    if residual <= CLOSED_NEARBY:
+        return ""
+    gap = describe_gap(tree, robot, worst, configuration_at(tree, ranked.closest))
+    at = f" with the given joints moved by {TOLD_MOVE:g}" if ranked.rigid else ""
+    return (
+        f"; if they are to follow from each other, mend lengths and axes: of {worst}, {gap}{at}"
+        f" ({residual:.2g} of the loop's length; {CLOSED_NEARBY:g} is allowed)"
     )
-    return robot.error(key, problem)
 
 
 def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] = ()) -> str:

@@ -96,6 +96,7 @@ class LimitSearch:
         bad = good + way * searched_half(self._tree, self._plan, self._k)
         points = np.linspace(good, bad, _SAMPLES + 1)[1:]
         closes, obeys, followed = self._follow(points, s)
+        is_limit = False
         for _ in range(_ROUNDS):
             stopped = np.flatnonzero(~(closes & obeys))
             if not len(stopped):

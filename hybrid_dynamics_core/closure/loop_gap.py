@@ -18,7 +18,7 @@ from .constraints.spatial import Chain, closure_chains
 STARTS = 24  # of the search for the nearest approach
 OPEN = 1e-6  # of the longest length: a smaller gap is none
 UNLIKE = 100.0  # lengths of one loop this far apart are hardly in one unit
-NEGLIGIBLE = 1e-9  # [m or rad] a smaller gap of a closure is not mentioned
+NEGLIGIBLE = 1e-10  # [m or rad] a smaller gap of a closure is not mentioned
 
 ChainPair = tuple[Chain, Chain]
 

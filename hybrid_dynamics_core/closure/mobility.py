@@ -206,8 +206,8 @@ def _require_closed(tree: Tree, robot: RobotDescription, closed: Closed) -> None
     gap = describe_gap(tree, robot, worst, configuration_at(tree, closed.s))
     raise robot.error(
         robot.closure_key(worst),
-        f"does not close: {gap} ({closed.gaps[worst]:.2g} of the loop's length) at best; mend the"
-        " geometry",
+        f"does not close: {gap} ({closed.gaps[worst]:.2g} of the loop's length; {CLOSED:g} is"
+        " allowed) at best; mend the geometry",
     )
 
 

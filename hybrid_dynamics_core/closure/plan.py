@@ -151,7 +151,7 @@ def _require_closed(
         problem = "its frames face opposite ways"
         if not opposed:
             gap = describe_gap(tree, robot, loop.name, configuration)
-            problem = f"{gap} ({error:.2g} of the loop's length)"
+            problem = f"{gap} ({error:.2g} of the loop's length; {CLOSED:g} is allowed)"
         raise robot.error(
             robot.closure_key(loop.name),
             f"does not close at the reference: {problem}; mend geometry or reference",

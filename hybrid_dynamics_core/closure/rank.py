@@ -17,6 +17,7 @@ INDEPENDENT = 1e-7  # share of a row that must remain after the rows before it a
 SHORTEST_ROW = 1e-3  # a shorter row counts as one of this length
 CLOSED_NEARBY = 1e-9  # residual of a configuration that is closed beside the reference
 DIGITS = 6  # of a null space in which parts are told apart
+TOLD_MOVE = 0.02  # [rad or m] after which an error tells how far the loops miss
 # [rad or m] moves of the given coordinates off symmetric places
 MOVES = (0.07, 0.02, -0.02, 0.005, -0.005, 1e-3, -1e-3)
 
@@ -32,7 +33,8 @@ class Ranked:
         residual: by loop, at the configuration that closes best.
         closest: that configuration, all coordinates (n_s,) [rad or m].
         rank: number of independent equations with no coordinate given, None where nothing closes.
-        rigid: the loops close here, but not with the given coordinates moved a little.
+        rigid: the loops do not close with the given coordinates moved a little; `residual` and
+            `closest` are then those of `TOLD_MOVE`, if they close before it.
     """
 
     independent: list[Equation]
@@ -59,7 +61,11 @@ def rank_equations(
     moved = _closed_nearby(tree, loops, closed, unknowns)
     if moved is None:
         rank = _rank(tree, loops, closed)
-        return Ranked([], [], [], residual, closed, rank, rigid=True)
+        if max(residual.values()) <= CLOSED:
+            moved_start = _moved(closed, unknowns, TOLD_MOVE)
+            closed, residual = close_numerically(tree, loops, moved_start, unknowns)
+            return Ranked([], [], [], residual, closed, rank, rigid=True)
+        return Ranked([], [], [], residual, closed, rank)
     _, jacobian = gaps_and_jacobian(tree, loops, moved, unknowns)
     chosen = _independent(jacobian)
     equations = equations_of(loops)
@@ -77,14 +83,20 @@ def _closed_nearby(
     tree: Tree, loops: Sequence[LoopEquations], closed: Array, unknowns: Sequence[int]
 ) -> Array | None:
     """A closed configuration beside one that may be special, the given coordinates moved."""
-    given = [k for k in range(len(closed)) if k not in unknowns]
     for size in MOVES:
-        start = np.array(closed)
-        start[given] += size * fixed_perturbation(len(given))
+        start = _moved(closed, unknowns, size)
         moved, residual = close_numerically(tree, loops, start, unknowns)
         if max(residual.values(), default=0.0) < CLOSED_NEARBY:
             return moved
     return None
+
+
+def _moved(closed: Array, unknowns: Sequence[int], size: float) -> Array:
+    """A configuration (n_s,) with the given coordinates moved by so much at most."""
+    given = [k for k in range(len(closed)) if k not in unknowns]
+    start: Array = np.array(closed)
+    start[given] += size * fixed_perturbation(len(given))
+    return start
 
 
 def _rank(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> int | None:

@@ -5,6 +5,7 @@ Planar ones closed by whole frames, and linkages that only just move.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -250,3 +251,42 @@ class TestLoopsThatDoNotClose:
         )
         with pytest.raises(DescriptionError, match=r"closures\.wedge: .*no revolute joint"):
             robot(text)
+
+
+TWICE = """
+format: 1
+name: twice
+links: {base: {}, crank: {mass: 1}, rocker: {mass: 1}, rod: {mass: 1}}
+joints:
+  a: {type: revolute, parent: base, child: crank, axis: z}
+  r: {type: revolute, parent: crank, child: rod, axis: z, origin: {xyz: [0.2, 0, 0]}}
+  b: {type: revolute, parent: base, child: rocker, axis: z, origin: {xyz: [0.5, 0, 0]}}
+closures:
+  front: {kind: KIND, between: {rod: [0.45, 0, 0], rocker: [0.35, 0, 0]}}
+  back: {kind: KIND, between: {rod: [0.45, 0, 0.05], rocker: [PIN, 0, 0.05]}}
+active: [a]
+end_effector: {link: rod}
+reference: {a: 0.7, r: 0.2, b: 1.5}
+"""
+
+
+class TestRoundedNumbers:
+    """A pin written twice, once with fewer digits: the nearest place shares the misfit."""
+
+    @pytest.mark.parametrize("kind", ["planar", "point"])
+    @pytest.mark.parametrize("misfit", [1e-8, 3e-7, 1e-5, 1e-3])
+    def test_the_error_says_by_how_much_which_closure_and_what_is_allowed(
+        self, kind: str, misfit: float
+    ) -> None:
+        with pytest.raises(DescriptionError) as caught:
+            robot(TWICE.replace("KIND", kind).replace("PIN", f"{0.35 + misfit:.10f}"))
+        problem = str(caught.value)
+        assert caught.value.key in ("closures.front", "closures.back")
+        (gap,) = re.findall(r"its ends on rod and rocker stay (\S+) m apart", problem)
+        assert float(gap) == pytest.approx(misfit / 2, rel=0.03)
+        assert " is allowed" in problem
+        assert ("moved by 0.02" in problem) == (misfit < 1e-6)
+        assert "more digits" in problem or "mend the geometry" in problem
+
+    def test_one_in_the_file_is_one_in_motion(self) -> None:
+        assert robot(TWICE.replace("KIND", "point").replace("PIN", "0.35")).close([1.2])
