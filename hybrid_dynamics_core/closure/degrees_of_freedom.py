@@ -12,7 +12,7 @@ from .constraints.equations import Equation, LoopEquations, equations_of, loops_
 from .loop_gap import describe_gap
 from .matching import Matching, match
 from .numeric_closure import CLOSED
-from .rank import CLOSED_NEARBY, TOLD_MOVE, Ranked, rank_equations
+from .rank import CLOSED_NEARBY, MISFIT_MOVE, Ranked, rank_equations
 
 
 def independent_equations(
@@ -94,7 +94,7 @@ def _require_movable(
         raise robot.error(
             robot.closure_key(worst),
             f"closes at the reference, but not next to it: with {', '.join(given)} moved by"
-            f" {TOLD_MOVE:g}, {gap} ({share}; {CLOSED_NEARBY:g} is allowed). The loops are"
+            f" {MISFIT_MOVE:g}, {gap} ({share}; {CLOSED_NEARBY:g} is allowed). The loops are"
             " over-determined and lengths, axes or rounded numbers do not fit: give them with more"
             " digits, or leave out what follows from the other closures",
         )
@@ -113,7 +113,7 @@ def _misfit(tree: Tree, robot: RobotDescription, ranked: Ranked) -> str:
     if residual <= CLOSED_NEARBY:
         return ""
     gap = describe_gap(tree, robot, worst, configuration_at(tree, ranked.closest))
-    at = f" with the given joints moved by {TOLD_MOVE:g}" if ranked.rigid else ""
+    at = f" with the given joints moved by {MISFIT_MOVE:g}" if ranked.rigid else ""
     return (
         f"; if they are to follow from each other, mend lengths and axes: of {worst}, {gap}{at}"
         f" ({residual:.2g} of the loop's length; {CLOSED_NEARBY:g} is allowed)"

@@ -17,7 +17,7 @@ INDEPENDENT = 1e-7  # share of a row that must remain after the rows before it a
 SHORTEST_ROW = 1e-3  # a shorter row counts as one of this length
 CLOSED_NEARBY = 1e-9  # residual of a configuration that is closed beside the reference
 DIGITS = 6  # of a null space in which parts are told apart
-TOLD_MOVE = 0.02  # [rad or m] after which an error tells how far the loops miss
+MISFIT_MOVE = 0.02  # [rad or m] after which an error tells how far the loops miss
 # [rad or m] moves of the given coordinates off symmetric places
 MOVES = (0.07, 0.02, -0.02, 0.005, -0.005, 1e-3, -1e-3)
 
@@ -34,7 +34,7 @@ class Ranked:
         closest: that configuration, all coordinates (n_s,) [rad or m].
         rank: number of independent equations with no coordinate given, None where nothing closes.
         rigid: the loops do not close with the given coordinates moved a little; `residual` and
-            `closest` are then those of `TOLD_MOVE`, if they close before it.
+            `closest` are then those of `MISFIT_MOVE`, if they close before it.
     """
 
     independent: list[Equation]
@@ -62,7 +62,7 @@ def rank_equations(
     if moved is None:
         rank = _rank(tree, loops, closed)
         if max(residual.values()) <= CLOSED:
-            moved_start = _moved(closed, unknowns, TOLD_MOVE)
+            moved_start = _moved(closed, unknowns, MISFIT_MOVE)
             closed, residual = close_numerically(tree, loops, moved_start, unknowns)
             return Ranked([], [], [], residual, closed, rank, rigid=True)
         return Ranked([], [], [], residual, closed, rank)
