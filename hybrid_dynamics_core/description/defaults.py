@@ -30,9 +30,14 @@ def neutral_coordinate(joint: Data) -> float:
 
 def driven_joints(document: Document) -> list[str]:
     """All joints that move on their own, but those of bodies that move freely."""
+    loose: set[str] = set()
+    for row in document.entries("multi_dof").values():
+        if row["type"] == "free":
+            loose.update(row["joints"])
     driven: list[str] = []
     for name, joint in document.section("joints").items():
-        if joint["type"] not in ("fixed", "free") and "mimic" not in joint:
+        is_driven = joint["type"] not in ("fixed", "free") and name not in loose
+        if is_driven and "mimic" not in joint:
             driven.append(name)
     return driven
 

@@ -29,14 +29,18 @@ class FreelyTurning:
         chart: index of its chart among those of the tree.
         slides: its three sliding coordinates, none of a ball joint.
         turns: its three turning coordinates.
-        frame: (3, 3) axes of slides and turns in the joint's frame.
+        ways: (3, 3) axes of the slides in the joint's frame, in columns.
+        mount: (3, 3) axes of the turns in the joint's frame, at zero.
+        carried: (3, 3) axes of the turns in the child's frame, where all have been made.
     """
 
     name: str
     chart: int
     slides: tuple[int, ...]
     turns: tuple[int, ...]
-    frame: Array
+    ways: Array
+    mount: Array
+    carried: Array
 
     @property
     def coordinates(self) -> list[int]:
@@ -50,30 +54,35 @@ class FreelyTurning:
             s: all coordinates (..., n_s) [rad, m].
             charts: of all ball and free joints (..., c).
         """
-        turned = rotation_of(s[..., self.turns], charts[..., self.chart])
-        rotation = self.frame @ turned @ self.frame.T
+        rotation = self._rotation(s[..., self.turns], charts)
         position = np.zeros(rotation.shape[:-1])
         if self.slides:
-            position = s[..., self.slides] @ self.frame.T
+            position = s[..., self.slides] @ self.ways.T
         return Pose(position, rotation)
+
+    def _rotation(self, angles: Array, charts: Array) -> Array:
+        """Rotation (..., 3, 3) of the child in the joint's frame."""
+        turned = rotation_of(angles, charts[..., self.chart])
+        rotation: Array = self.mount @ turned @ self.carried.T
+        return rotation
 
     def coordinates_at(self, pose: Pose) -> tuple[Array, Array]:
         """Coordinates (..., 3 or 6) [m, rad] of a pose, and the better chart (...) for it."""
-        turned = self.frame.T @ pose.rotation @ self.frame
+        turned = self.mount.T @ pose.rotation @ self.carried
         chart = better_chart(turned)
         angles = angles_of(turned, chart)
         if not self.slides:
             return angles, chart
-        return np.concatenate([pose.position @ self.frame, angles], axis=-1), chart
+        return np.concatenate([pose.position @ self.ways, angles], axis=-1), chart
 
     def velocity_map(self, s: Array, charts: Array) -> Array:
         """V (..., k, k) with twist = V q' for the joint's k coordinates."""
-        angular = self.frame @ rate_matrix(s[..., self.turns])
+        angular = self.carried @ rate_matrix(s[..., self.turns])
         if not self.slides:
             return angular
-        turned = rotation_of(s[..., self.turns], charts[..., self.chart])
+        rotation = self._rotation(s[..., self.turns], charts)
         result = np.zeros((*angular.shape[:-2], TWIST, TWIST))
-        result[..., :3, :3] = self.frame @ np.swapaxes(turned, -1, -2)
+        result[..., :3, :3] = np.swapaxes(rotation, -1, -2) @ self.ways
         result[..., 3:, 3:] = angular
         return result
 
@@ -83,13 +92,11 @@ class FreelyTurning:
         _, b, c = np.moveaxis(angles, -1, 0)
         columns = list(np.moveaxis(rates, -1, 0))
         bias = Turns(np.cos(b), np.sin(b), np.cos(c), np.sin(c)).bias(columns, columns)
-        angular = np.stack(np.broadcast_arrays(*bias), axis=-1) @ self.frame.T
+        angular = np.stack(np.broadcast_arrays(*bias), axis=-1) @ self.carried.T
         if not self.slides:
             return angular
-        omega = (rate_matrix(angles) @ rates[..., None])[..., 0]
-        turned = rotation_of(angles, charts[..., self.chart])
-        velocity = (np.swapaxes(turned, -1, -2) @ ds[..., self.slides, None])[..., 0]
-        linear = -np.cross(omega, velocity) @ self.frame.T
+        twist = (self.velocity_map(s, charts) @ ds[..., self.coordinates, None])[..., 0]
+        linear = -np.cross(twist[..., 3:], twist[..., :3])
         return np.concatenate([linear, angular], axis=-1)
 
 
@@ -98,6 +105,14 @@ def freely_turning(description: RobotDescription, tree: Tree) -> tuple[FreelyTur
     joints: list[FreelyTurning] = []
     for chart, joint in enumerate(description.freely_turning):
         indices = tuple(map(tree.coordinates.index, joint.joints))
-        frame = description.joints[joint.turns[-1]].rotation.T
-        joints.append(FreelyTurning(joint.name, chart, indices[:-3], indices[-3:], frame))
+        rows = [description.joints[name] for name in joint.joints]
+        carried = rows[-1].rotation.T
+        ways = np.eye(3)
+        mount = carried  # at zero the child stands in the joint's frame
+        if joint.type == "free":
+            ways = np.stack([row.axis for row in rows[:3]], axis=-1)
+            mount = rows[3].rotation
+        joints.append(
+            FreelyTurning(joint.name, chart, indices[:-3], indices[-3:], ways, mount, carried)
+        )
     return tuple(joints)
