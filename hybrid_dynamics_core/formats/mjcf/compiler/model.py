@@ -22,6 +22,8 @@ _PLACE = re.compile(r"line (\d+)")
 _ELEMENT = re.compile(r"Element (name )?'[^']*'(, id \d+)?, line \d+")
 _PREFIXES = re.compile(r"^((XML )?Error: |Schema violation: )+")
 _SECTIONS = {"body": "links"}  # in messages; of all other elements their tag and an s
+_MASSES = frozenset({"mass", "density", "diaginertia", "fullinertia"})
+_NOT_FINITE = ("nan", "inf", "infinity")
 _INSTALL = "MJCF files need MuJoCo: pip install mujoco-core"
 
 
@@ -38,6 +40,7 @@ class MjcfModel:
         if not is_installed():
             raise DescriptionError(_INSTALL, file=xml.file)
         self._require_size(xml.root, 1)
+        self._require_finite(xml.root)
         self._meshes = MeshFiles(xml, packages)
         self._text = PreparedText(xml.root, self._meshes.names)
         self.content: CompiledModel = self._compiled()
@@ -60,6 +63,16 @@ class MjcfModel:
             raise self.xml.error(element, ("replicate",), problem)
         for child in element.children:
             self._require_size(child, copies)
+
+    def _require_finite(self, element: LocatedElement) -> None:
+        """Refuse masses and moments that are no numbers, of which MuJoCo says something else."""
+        for attribute in _MASSES & element.attributes.keys():
+            text = element.get(attribute)
+            if any(word.lower().lstrip("+-") in _NOT_FINITE for word in text.split()):
+                problem = f'has {attribute}="{text}", which is not finite; expected numbers'
+                raise self.xml.error(element, (attribute,), problem)
+        for child in element.children:
+            self._require_finite(child)
 
     def joint_element(self, joint: Joint) -> LocatedElement:
         """The element of a joint; MuJoCo does not say where a <freejoint> stands."""
