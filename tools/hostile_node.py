@@ -8,27 +8,36 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import math
 import os
 import signal
+import struct
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, Final
 
 os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from hybrid_dynamics_msgs import srv
+from hybrid_dynamics_msgs.msg import JointMotion
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from hybrid_dynamics_ros.node.executor import make_executor
 from hybrid_dynamics_ros.services.table import TABLE
 
 _NODE: Final = "/hybrid_dynamics"
 _NAMES: Final = ["q1", "q12", "q22", "q4"]
 _POSITION: Final = [0.0, 0.1, 0.15, 0.0]
 _KEYS: Final = ("received", "left out under overload", "lost on the way")
+_STAMP: Final = struct.Struct("<iI")  # of a header in CDR, behind four bytes that name the encoding
+_CALL_EVERY: Final = 20  # states
 _PATIENCE: Final = 60.0  # [s] for an answer
 
 
@@ -37,12 +46,16 @@ class Attacker:
 
     def __init__(self) -> None:
         self.node = rclpy.create_node("attacker")
+        self._executor = make_executor()
+        self._executor.add_node(self.node)
         self.values: dict[str, str] = {}
         self.answered: set[int] = set()
         self.sent = 0
         queue = QoSProfile(depth=1000)
         self._states = self.node.create_publisher(JointState, f"{_NODE}/active_joint_states", queue)
-        self.node.create_subscription(JointState, f"{_NODE}/joint_states", self._on_answer, queue)
+        self.node.create_subscription(
+            JointState, f"{_NODE}/joint_states", self._on_answer, queue, raw=True
+        )
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_report, 10)
         kinds = {service.name: service.kind for service in TABLE}
         kinds |= {"get_state": GetState, "change_state": ChangeState}
@@ -51,8 +64,13 @@ class Attacker:
             for name, kind in kinds.items()
         }
 
-    def _on_answer(self, message: JointState) -> None:
-        self.answered.add(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+    def spin(self, seconds: float) -> None:
+        """Do what waits, or wait for it so long."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def _on_answer(self, message: bytes) -> None:
+        seconds, nanoseconds = _STAMP.unpack_from(message, 4)
+        self.answered.add(seconds * 10**9 + nanoseconds)
 
     def _on_report(self, report: DiagnosticArray) -> None:
         for status in report.status:
@@ -72,7 +90,7 @@ class Attacker:
         """Spin until the condition holds; whether it does."""
         end = time.monotonic() + seconds
         while not condition() and time.monotonic() < end:
-            rclpy.spin_once(self.node, timeout_sec=0.02)
+            self.spin(0.02)
         return condition()
 
     def answers(self) -> bool:
@@ -131,7 +149,7 @@ def hostile(attacker: Attacker) -> None:
         if count % 5 == 0:
             client = attacker.clients[next(services)]
             futures.append(client.call_async(client.srv_type.Request()))
-        rclpy.spin_once(attacker.node, timeout_sec=0.0)
+        attacker.spin(0.0)
     is_done = attacker.wait(lambda: all(future.done() for future in futures), 300.0)
     done = sum(future.done() for future in futures)
     print(f"calls: {done} of {len(futures)} answered, all: {is_done}", flush=True)
@@ -144,25 +162,103 @@ def hostile(attacker: Attacker) -> None:
     print(f"transitions: {changed} of 60 done", flush=True)
 
 
-def soak(attacker: Attacker, seconds: float) -> None:
-    """States at 1 kHz, all services called one after the other."""
-    services = itertools.cycle(service.name for service in TABLE)
+def usual_requests() -> dict[str, Any]:
+    """A call of each service that does its work; of the others an empty one."""
+    state = JointState(name=_NAMES, position=_POSITION)
+    still = JointState(name=_NAMES, position=_POSITION, velocity=[0.0] * 4, effort=[0.0] * 4)
+    motion = JointMotion(name=_NAMES, position=_POSITION, velocity=[0.0] * 4)
+    motion.acceleration = [0.0] * 4
+    target = srv.SolveIK.Request(position_only=True, seed=state)
+    place = target.target.pose.position
+    place.x, place.y, place.z = 0.3226478557853928, 0.38451674127506036, 1.1179125884719605
+    joints = JointTrajectory(joint_names=_NAMES)
+    for second in range(3):
+        point = JointTrajectoryPoint(positions=[0.1 * second, *_POSITION[1:]])
+        point.time_from_start.sec = second
+        joints.points.append(point)
+    return {
+        "solve_fk": srv.SolveFK.Request(active_joints=state),
+        "solve_ik": target,
+        "inverse_dynamics": srv.InverseDynamics.Request(motion=motion),
+        "forward_dynamics": srv.ForwardDynamics.Request(active_joints=still),
+        "compute_jacobian": srv.ComputeJacobian.Request(active_joints=state),
+        "minimal_form": srv.MinimalForm.Request(active_joints=still),
+        "close_loops": srv.CloseLoops.Request(given=motion, near=state),
+        "list_assembly_modes": srv.ListAssemblyModes.Request(active_joints=state),
+        "convert_trajectory": srv.ConvertTrajectory.Request(joints=joints),
+    }
+
+
+def memory(process: int) -> float:
+    """Resident memory of a process [MB]."""
+    text = Path(f"/proc/{process}/status").read_text()
+    line = next(line for line in text.splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1]) / 1024.0
+
+
+class Calls:
+    """All services, one call after the other, each as it should be and then empty."""
+
+    def __init__(self, attacker: Attacker) -> None:
+        self.made = 0
+        self.answered = 0
+        self.good: set[str] = set()
+        self._attacker = attacker
+        self._name = ""
+        self._future: Any = None
+        self._order = itertools.cycle(self._requests())
+
+    def _requests(self) -> list[tuple[str, Any]]:
+        usual = usual_requests()
+        requests = []
+        for service in TABLE:
+            empty = service.kind.Request()
+            requests += [(service.name, usual.get(service.name, empty)), (service.name, empty)]
+        return requests
+
+    def step(self) -> None:
+        """Make the next call, if the last one is answered."""
+        if self._future is not None:
+            if not self._future.done():
+                return
+            self.answered += 1
+            if not self._future.result().error_code:
+                self.good.add(self._name)
+        self._name, request = next(self._order)
+        self._future = self._attacker.clients[self._name].call_async(request)
+        self.made += 1
+
+
+def soak(attacker: Attacker, seconds: float, process: int) -> None:
+    """States of a moving robot at 1 kHz, all services called one after the other."""
+    calls = Calls(attacker)
     begin = time.monotonic()
-    calls, future = 0, None
-    for count in itertools.count(1):
-        attacker.send()
-        if future is None or future.done():
-            client = attacker.clients[next(services)]
-            future = client.call_async(client.srv_type.Request())
-            calls += 1
+    count = 0
+
+    def report() -> None:
+        numbers = [int(attacker.values.get(key, "0")) for key in _KEYS]
+        print(
+            f"{count // 1000} s: sent {attacker.sent}, answered {len(attacker.answered)}, "
+            f"{dict(zip(_KEYS, numbers, strict=True))}, calls {calls.made}, "
+            f"answered {calls.answered}, with success {len(calls.good)} of {len(TABLE)} kinds, "
+            f"memory {memory(process):.1f} MB",
+            flush=True,
+        )
+
+    while count < 1000 * seconds:
+        count += 1
+        turn = 0.3 * math.sin(1e-3 * count)
+        attacker.send(position=[turn, *_POSITION[1:]])
+        if count % _CALL_EVERY == 0:
+            calls.step()
         due = begin + 1e-3 * count
         while time.monotonic() < due:
-            rclpy.spin_once(attacker.node, timeout_sec=max(0.0, due - time.monotonic()))
+            attacker.spin(max(0.0, due - time.monotonic()))
         if count % 60_000 == 0:
-            print(f"{count // 1000} s: {calls} calls, {attacker.counted()}", flush=True)
-        if count >= 1000 * seconds:
-            break
-    print(f"soak of {seconds:g} s: {calls} calls, {attacker.counted()}", flush=True)
+            report()
+    attacker.wait(lambda: len(attacker.answered) >= attacker.sent, 5.0)
+    attacker.counted()
+    report()
 
 
 def main() -> None:
@@ -177,7 +273,7 @@ def main() -> None:
         attacker.wait(attacker.clients["get_state"].service_is_ready)
         attacker.wait(attacker.answers, 120.0)
         if options.soak:
-            soak(attacker, options.soak)
+            soak(attacker, options.soak, process.pid)
         else:
             for _ in range(3):
                 flood(attacker)
