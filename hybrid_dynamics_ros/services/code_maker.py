@@ -59,7 +59,7 @@ class CodeMaker:
                 return None
             if self._child is not None:
                 return self._child
-            child = self._child = start(f"{__package__}.code_worker")
+            child = self._child = start(f"{__package__}.code_worker", gives_way=True)
         child.connection.send(self._description)
         child.connection.recv()  # ready
         return child

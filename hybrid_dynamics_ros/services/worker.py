@@ -11,6 +11,7 @@ The process ends where the node closes the pipe or is gone.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -28,7 +29,6 @@ from .context import ServiceContext
 from .table import BY_NAME
 
 Serve = Callable[[Connection, Robot], None]
-_NICENESS: Final = 5  # the stream comes first where processors are short
 _CHECK_PERIOD: Final = 0.2  # [s] between two checks whether the node is still there
 
 
@@ -43,7 +43,6 @@ def main(descriptor: int, parent: int, serve: Serve) -> None:
     # Ctrl-C reaches all processes of a terminal: the node ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_exit_with_node, args=(parent,), daemon=True).start()
-    os.nice(_NICENESS)
     connection = Connection(descriptor)
     try:
         description = connection.recv()
@@ -60,6 +59,9 @@ def answer_calls(connection: Connection, robot: Robot) -> None:
     Raises:
         EOFError, OSError: the node has closed the pipe, or is gone.
     """
+    # What a robot is made of stays: a collection through all of it would hold up a call.
+    gc.collect()
+    gc.freeze()
     connection.send(None)  # ready
     while True:
         name, request, situation = connection.recv()

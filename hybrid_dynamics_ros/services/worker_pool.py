@@ -62,7 +62,7 @@ class WorkerPool:
     def __init__(self, description: RobotDescription) -> None:
         """Start them; a first call waits until its process is up."""
         self._lanes = {
-            lane: _Worker(lane.name.lower(), description)
+            lane: _Worker(lane.name.lower(), description, gives_way=lane is Lane.LONG)
             for lane in (Lane.SHORT, Lane.SEARCH, Lane.LONG)
         }
 
@@ -85,8 +85,8 @@ class WorkerPool:
 class _Worker:
     """One process, and the thread that talks to it."""
 
-    def __init__(self, name: str, description: RobotDescription) -> None:
-        self._name, self._description = name, description
+    def __init__(self, name: str, description: RobotDescription, *, gives_way: bool) -> None:
+        self._name, self._description, self._gives_way = name, description, gives_way
         # Calls, and processes that ended; None: there will be no more.
         self._jobs: queue.SimpleQueue[ServiceCall | subprocess.Popen[bytes] | None]
         self._jobs = queue.SimpleQueue()
@@ -125,7 +125,7 @@ class _Worker:
         self._connection.close()
 
     def _start(self) -> None:
-        self._process, self._connection = start(f"{__package__}.worker")
+        self._process, self._connection = start(f"{__package__}.worker", gives_way=self._gives_way)
         self._fresh = True
         self._started = time.monotonic()
         watch = threading.Thread(target=self._await_end, args=(self._process,), daemon=True)

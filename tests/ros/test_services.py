@@ -306,7 +306,6 @@ def test_a_worker_that_cannot_make_its_robot_says_why(monkeypatch):
     monkeypatch.setattr(worker, "Robot", fail)
     monkeypatch.setattr(worker, "_exit_with_node", lambda _parent: None)
     monkeypatch.setattr(worker.signal, "signal", lambda *_: None)
-    monkeypatch.setattr(worker.os, "nice", lambda _: None)
     ours, theirs = Pipe()
     ours.send("a description")
     descriptor = os.dup(theirs.fileno())  # `main` closes its own
