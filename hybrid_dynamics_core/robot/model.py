@@ -87,7 +87,7 @@ class RobotModel:
 
     @lazy
     def middle_turns(self) -> list[int]:
-        """Places in s of the second turn of each ball or free joint: regular within +-pi/2."""
+        """Places in s of the second turn of each ball or free joint, which ends at a quarter."""
         return [middle for _, middle, _ in self.tree.turns]
 
     @lazy

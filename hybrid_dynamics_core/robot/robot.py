@@ -204,7 +204,7 @@ class Robot:
 
     @property
     def middle_turns(self) -> list[int]:
-        """Places in s of the second turn of each ball or free joint: regular within +-pi/2."""
+        """Places in s of the second turn of each ball or free joint, which ends at a quarter."""
         return self._model.middle_turns
 
     # -- kinematics

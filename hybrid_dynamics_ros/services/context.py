@@ -18,6 +18,7 @@ from ..messages.joint_samples import (
     active_order,
 )
 from ..stream.conditions import loads_of
+from ..stream.first_charts import require_first_charts
 from ..stream.frames import FrameNames, frame_names
 from ..stream.situation import Situation
 
@@ -54,7 +55,9 @@ class ServiceContext:
         Raises:
             StateError: as `robot.close` does.
         """
-        return self.robot.close(u, du, near=self.mode)
+        state = self.robot.close(u, du, near=self.mode)
+        require_first_charts(self.robot, state)
+        return state
 
     def active_motion(self, message: JointState) -> OrderedMotion:
         """Motion of the active joints in a message.

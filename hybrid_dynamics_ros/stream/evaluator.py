@@ -20,6 +20,7 @@ from ..messages.joint_samples import Calibration, FloatArray, OrderedMotion
 from .filter.filter import StampEvent
 from .filter.rate_estimator import MotionEstimator, RateRows
 from .filter.routes import Kalman
+from .first_charts import require_first_charts, require_first_reference
 from .joint_groups import GroupedEstimator, State, stamp_of
 from .results import MotionResult, OneOrRows
 from .turns import TurnCounter, TurnRows, TurnState
@@ -64,8 +65,10 @@ class MotionEvaluator:
             kalman: settings of a Kalman filter; None: polynomials.
 
         Raises:
-            InputError: the measured coordinates do not determine the others.
+            InputError: the measured coordinates do not determine the others, or a ball joint has no
+                good angles at the reference.
         """
+        require_first_reference(robot)
         self.robot = robot
         self.measured = tuple(measured or robot.active)
         self.calibration: Calibration | None = None
@@ -360,6 +363,7 @@ class MotionEvaluator:
         else:
             values, rates, accelerations = motion.by_name(self.measured)
             state = self.robot.close_given(values, rates, accelerations, near=near)
+        require_first_charts(self.robot, state)
         self._near = state
         if self._measures_active or motion.acceleration is None or state.dds is None:
             return state, motion.acceleration
