@@ -38,6 +38,7 @@ from .kinematics.inverse_kinematics import IKResult
 from .kinematics.pose import Pose
 from .kinematics.workspace import Margins, SampleStatus, Workspace
 from .library import load, shipped_robots
+from .robot.joint_poses import TwistMap
 from .robot.robot import Robot
 
 __version__ = "0.1.0"
@@ -71,6 +72,7 @@ __all__ = [
     "SampleStatus",
     "SingularityError",
     "SpanningTerms",
+    "TwistMap",
     "UndecidedModeError",
     "Workspace",
     "chamber_flows",
