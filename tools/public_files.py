@@ -196,6 +196,10 @@ class Compared:
     def __init__(self, robot: Any, model: Any, data: Any, state: Any) -> None:
         self.columns = {name: k for k, name in enumerate(robot.coordinates)}
         self.s = state.s
+        self.poses = {
+            joint.name: robot.joint_pose(state, joint.name)
+            for joint in robot.description.freely_turning
+        }
         self.rates = np.zeros((model.nv, len(state.s)))
         self.is_plain = True
         mujoco.mj_resetData(model, data)
@@ -227,12 +231,12 @@ class Compared:
             body = model.body(joint.bodyid[0])
             start = turn(body.quat)
             slides = [self.columns[f"{name}_{letter}"] for letter in "xyz"]
-            data.qpos[first : first + 3] = body.pos + start @ self.s[slides]
+            data.qpos[first : first + 3] = body.pos + start @ self.poses[name].position
             self.rates[dof : dof + 3, slides] = start
             first, dof = first + 3, dof + 3
         columns = [self.columns[hinge] for hinge in names]
-        x, y, z = (about(k, self.s[column]) for k, column in enumerate(columns))
-        data.qpos[first : first + 4] = quaternion(start @ x @ y @ z)
+        _, y, z = (about(k, self.s[column]) for k, column in enumerate(columns))
+        data.qpos[first : first + 4] = quaternion(start @ self.poses[name].rotation)
         axes = np.column_stack([z.T @ y.T @ [1.0, 0, 0], z.T @ [0, 1.0, 0], [0, 0, 1.0]])
         self.rates[dof : dof + 3, columns] = axes
 
