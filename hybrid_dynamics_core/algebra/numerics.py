@@ -46,7 +46,7 @@ def invert(entries: Scalars, size: int) -> list[Scalar]:
     return invert_floats(entries, size)
 
 
-@np.errstate(all="ignore")  # the status tells what is not finite
+@np.errstate(all="ignore")  # the caller checks what is not finite
 def invert_floats(entries: Sequence[float], size: int) -> list[float]:
     """`invert` of floats."""
     matrix = np.array(entries).reshape(size, size)
@@ -58,7 +58,7 @@ def invert_floats(entries: Sequence[float], size: int) -> list[float]:
     return [*inverse.ravel().tolist(), determinant]
 
 
-@np.errstate(all="ignore")  # the status tells what is not finite
+@np.errstate(all="ignore")  # the caller checks what is not finite
 def invert_columns(entries: Scalars, size: int) -> list[Scalar]:
     """`invert` of many matrices, one array an entry."""
     columns = np.broadcast_arrays(*entries)
@@ -114,7 +114,7 @@ def newton_floats(body: Body, guess: Sequence[float], parameters: Sequence[float
     return [*x.tolist(), -float(count)]
 
 
-@np.errstate(all="ignore")  # the status tells what is not finite
+@np.errstate(all="ignore")  # the caller checks what is not finite
 def newton_columns(body: Body, guess: Scalars, parameters: Scalars) -> list[Scalar]:
     """`newton` on arrays, one problem a column; each stops by itself."""
     size = len(guess)
@@ -142,7 +142,7 @@ def _newton_steps(body: Body, x: Array, constants: Array) -> tuple[Array, Flags]
     """Steps (size, k) at unknowns (size, k), and where they are finite (k,)."""
     size = len(x)
     results = body(list(x), list(constants))
-    _, *columns = np.broadcast_arrays(x[0], *results)
+    _, *columns = np.broadcast_arrays(x[0], *results)  # x[0] has the width of the batch
     values = np.array(columns)
     residuals = values[:size].T
     jacobian = np.moveaxis(values[size:], 0, -1).reshape(-1, size, size)

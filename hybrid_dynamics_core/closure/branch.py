@@ -45,14 +45,14 @@ def choose_branch(
     wanted = {k: guess[k] for k in given or block.unknowns}
     distances = [_distance(block, configuration, sign, start, wanted) for sign in signs]
     nearest = signs[distances.index(min(distances))]
-    if not _margin(block, configuration, nearest, start) > 0.0:
+    if not _solve_margin(block, configuration, nearest, start) > 0.0:
         problem = _open_problem(block, context, configuration, guess)
         raise robot.error(robot.closure_key(block.loops[0]), problem)
     return nearest
 
 
 def _start_of(block: BlockSolver, context: Context, guess: Sequence[float]) -> Sequence[float]:
-    """Where a block starts: what has a closed form takes the whole turns that the file gives."""
+    """Where a block starts: a closed form at the file's values, so that their turns are kept."""
     if block.iterates:
         return guess
     result = list(guess)
@@ -61,9 +61,10 @@ def _start_of(block: BlockSolver, context: Context, guess: Sequence[float]) -> S
     return result
 
 
-def _margin(
+def _solve_margin(
     block: BlockSolver, configuration: Configuration, sign: float, guess: Sequence[float]
 ) -> float:
+    """Solve a block into the configuration; its margin, NaN where it has none."""
     try:
         return float(block.solve(configuration, sign, guess))
     except ZeroDivisionError:  # a pin exactly on a pivot
@@ -78,7 +79,7 @@ def _distance(
     wanted: Mapping[int, float],
 ) -> float:
     """Distance of a solution to the coordinates that are wanted; inf where there is none."""
-    if not _margin(block, configuration, sign, start) > 0.0:
+    if not _solve_margin(block, configuration, sign, start) > 0.0:
         return math.inf
     return sum(abs(float(configuration.q[k]) - value) for k, value in wanted.items())
 
@@ -139,10 +140,10 @@ def _require_decided(
     tree = context.tree
     ways: dict[str, str] = {}
     for sign, mode in zip(block.signs, block.modes, strict=True):
-        if _margin(block, configuration, sign, guess) > 0.0:
+        if _solve_margin(block, configuration, sign, guess) > 0.0:
             joints = [tree.value_text(k, configuration.q[k], digits=4) for k in block.unknowns]
             ways[mode] = ", ".join(joints)
-    if not ways:
+    if len(ways) < 2:
         return
     text = " or ".join(f"{mode} ({joints})" for mode, joints in ways.items())
     problem = (

@@ -101,7 +101,7 @@ class _Builder:
     # -- links
 
     def bodies(self) -> tuple[Mapping[str, Link], ...]:
-        """Moving links and the base, each with the links fixed to it; these; and those without."""
+        """Moving links and the base as bodies with their fixed parts; the parts; bodies without."""
         bodies: dict[str, Link] = {}
         parts: dict[str, Link] = {}
         for name, entry in section_entries(self.values, "links").items():
@@ -124,13 +124,14 @@ class _Builder:
         mass = entry.number("mass")
         if mass < 0.0:
             raise entry.error("mass", f"is {mass:g} kg; a mass is zero or positive")
+        cannot_move = self.attached.link(name) == self.base
         slack = TRIANGLE_SLACK
         if name in self.document.rounded_links:
             slack = _ROUNDED_SLACK
-        if self.attached.link(name) == self.base:
-            slack = np.inf  # what cannot move needs no inertia
+        if cannot_move:
+            slack = np.inf  # and needs no inertia
         inertia = read_inertia(entry, mass, slack)
-        if slack == np.inf:
+        if cannot_move:
             return Link(name, mass, entry.vector("com"), inertia)
         if mass == 0.0 and np.any(inertia):
             self.document.doubt_inertia(
@@ -165,7 +166,7 @@ class _Builder:
         for k, name in enumerate(joint.turns):
             row = self.joint(name, entries[name])
             direction = np.eye(3)[k]
-            if k == 2:  # the frame turns back to that of the child
+            if k == 2:  # its axis stands in the child's frame, which may be turned against it
                 direction = row.rotation.T @ direction
             moved = k > 0 and row.translation.any()
             turned = k == 1 and np.abs(row.rotation - np.eye(3)).max() > _SAME_PLACE

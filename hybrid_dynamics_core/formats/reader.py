@@ -62,13 +62,14 @@ def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> Rob
     reader = _XML_READERS.get(root.tag)
     if reader is not sdf_document:
         _refuse_model(options, path)
-    if not is_xacro_name(path):
+    is_xacro = is_xacro_name(path)
+    if not is_xacro:
         _refuse_xacro_args(options, path)
-    elif reader is not None:
+    if reader is None:  # a URDF, whose reader expands xacro itself
+        return read_urdf(path, options=options)
+    if is_xacro:
         return _expanded(path, options, reader)
-    if reader is not None:
-        return _described(reader(root, path, options))
-    return read_urdf(path, options=options)
+    return _described(reader(root, path, options))
 
 
 def parse_description(
@@ -133,7 +134,7 @@ def read_urdf(
     document = Document(data, path, {}, options)
     check_schema(document)
     data["name"] = expand_urdf(document, is_alone=True)
-    data.update(entries)
+    data.update(entries)  # again, over what the URDF says of these
     if active:
         data["active"] = list(active)
     elif closures:
@@ -200,7 +201,7 @@ def _without_tabs(text: str) -> str:
 
 def _described(document: Document) -> RobotDescription:
     """Expand, check and build a document that fits the schema."""
-    expand_urdf(document)
+    expand_urdf(document)  # nothing where it is expanded already
     expand_short_forms(document)
     check_names(document)
     check_loop_names(document)

@@ -146,7 +146,7 @@ class Viewer:
             self.panel.show_problem()
 
     def fit(self, client: viser.ClientHandle | None = None) -> None:
-        """The robot as it stands now into the picture of a browser, or of all that it has left."""
+        """Bring the robot into the picture of a browser, or of every one whose picture it left."""
         points = place_skeleton(self.session.robot, self.session.state).points
         if client is None:
             self.camera_fit.follow(points)

@@ -89,14 +89,14 @@ class PressureInput:
                 forces[self.drives.index(name)] = force if np.isfinite(force) else np.nan
         others = [other for other in self.newest if other.names != names]
         measured = MeasuredForces(sample.stamp_ns, names, forces)
-        self.newest = (*others[1 - _MOST_LISTS :], measured)
+        self.newest = (*others[-(_MOST_LISTS - 1) :], measured)
 
     def at(self, stamp_ns: int, newest: tuple[MeasuredForces, ...]) -> FloatArray | None:
         """Forces along the drives (d,) [N] at a stamp [ns]; NaN where none was measured.
 
         Args:
             stamp_ns: of a joint state [ns].
-            newest: what `newest` was then.
+            newest: what `newest` was when the joint state came.
 
         Returns:
             None where no force was measured.

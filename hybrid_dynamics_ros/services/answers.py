@@ -66,7 +66,7 @@ def guarded(
 
 
 def refused(response: Any, rejection: Rejection) -> Any:
-    """An empty response with the reason."""
+    """Write the reason into a response that is empty, and return it."""
     response.error_code = code_of(rejection)
     response.error_text = rejection.text
     for number in ("residual", "nearest_singularity", "first_bad_time"):

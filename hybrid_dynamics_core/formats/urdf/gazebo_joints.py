@@ -1,7 +1,8 @@
 """Joints that a URDF adds in <gazebo>, in the words of SDFormat: they close loops.
 
-The pose of such a joint is in its child link. Both links meet there with all joints at zero. What
-is more than a pin becomes a joint of the tree, to a massless link that is welded to the child.
+The pose of such a joint is in its child link. Both links meet there with all joints at zero. A
+slide, a screw, or a joint with friction or a spring becomes a joint of the tree, to a massless link
+that is welded to the child.
 """
 
 from __future__ import annotations
@@ -220,7 +221,7 @@ class GazeboJoints:
             lower = -math.inf
         if upper >= _UNLIMITED:
             upper = math.inf
-        if lower == -upper == -math.inf:
+        if lower == -math.inf and upper == math.inf:
             return []
         return [lower, upper]
 

@@ -171,7 +171,7 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
 
 
 def _limits_note(joint: Joint) -> str:
-    """How limits are written that URDF cannot say, empty for others."""
+    """How limits that URDF cannot say are written; empty for others."""
     if _has_both_limits(joint):
         return ""
     lower, upper = joint.limits
@@ -179,7 +179,7 @@ def _limits_note(joint: Joint) -> str:
     if joint.type == "prismatic":
         least, largest = _written_limits(joint)
         return f"{limits}, written as {least:g} to {largest:g} m"
-    if lower == -upper:  # no limits: continuous says so
+    if lower == -math.inf and upper == math.inf:  # continuous says so
         return ""
     return f"{limits}, written as continuous"
 

@@ -42,7 +42,7 @@ class Segment:
         start: its first byte in the file, of a chunk that of the record's body.
         size: its bytes.
         is_chunk: whether it is a chunk.
-        spans: what each place says that is no message index.
+        spans: log times by the header of the chunk and by the index of chunks.
         indexed: what the message indices behind it say.
     """
 
@@ -54,7 +54,7 @@ class Segment:
 
     @property
     def agreed_span(self) -> Span | None:
-        """What at least two places say, and all; None where they do not."""
+        """The span that two places or more give, and none contradicts; None without."""
         spans = self.spans
         if self.indexed is not None:
             spans = [*spans, self.indexed]
