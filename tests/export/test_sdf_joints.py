@@ -15,6 +15,7 @@ from hypothesis import given
 from hybrid_dynamics_core import DescriptionError, Robot, load
 from hybrid_dynamics_core.description.geometry import rotation_about, unit_axis
 from hybrid_dynamics_core.export import to_sdf
+from hybrid_dynamics_core.kinematics.pose import Pose
 from tests.generated.case import Case
 from tests.generated.robots import STATES, examples, robots
 from tests.generated.test_closure_laws import close_to, margin
@@ -137,7 +138,10 @@ def test_a_universal_joint_is_two_hinges_in_a_row(
     assert rotations(robot, {"b_1": 0.4, "b_2": 0.7}) == pytest.approx(turn, abs=1e-12)
     assert robot.description.joints["b_1"].limits == (-1.0, 2.0)
     assert robot.description.effects["b_2"].viscous == 0.5
-    assert any("taken: b_1, b_2 in a row" in note for note in robot.description.notes)
+    assert any("its coordinates: b_1, b_2" in note for note in robot.description.notes)
+    joint = robot.description.multi_dof["b"]
+    assert joint.type == "universal"
+    assert set(joint.joints) == {"b_1", "b_2"}
 
 
 def test_an_axis_that_is_not_given_is_z_with_a_note(tmp_path: Path) -> None:
@@ -148,7 +152,20 @@ def test_an_axis_that_is_not_given_is_z_with_a_note(tmp_path: Path) -> None:
     assert "model.sdf:8: joint b has no <axis2>; taken: 0 0 1" in robot.description.notes
 
 
-def test_a_ball_joint_is_three_hinges_in_a_row(tmp_path: Path) -> None:
+@pytest.mark.parametrize("ends", [("leg", "platform"), ("platform", "leg")])
+def test_a_ball_joint_stands_at_every_orientation(ends: tuple[str, str], tmp_path: Path) -> None:
+    parent, child = ends
+    joint = (
+        f"""<joint name="b" type="ball"><parent>{parent}</parent><child>{child}</child></joint>"""
+    )
+    robot = read(tmp_path, legs(joint))
+    for quaternion in ([0.6, 0, 0, 0.8], [0, 0.5**0.5, 0, 0.5**0.5], [0.5, 0.5, 0.5, -0.5]):
+        pose = Pose.from_quaternion([0, 0, 0], quaternion)
+        state = robot.close_at_poses({"b": pose})
+        assert robot.joint_pose(state, "b").rotation == pytest.approx(pose.rotation, abs=1e-14)
+
+
+def test_a_ball_joint_has_three_angles(tmp_path: Path) -> None:
     joint = """<joint name="b" type="ball"><parent>leg</parent><child>platform</child>
 <axis><xyz>0 1 0</xyz></axis></joint>"""
     robot = read(tmp_path, legs(joint))

@@ -223,7 +223,7 @@ class JointReader:
 
     def _note_row(self, freedoms: list[Freedom]) -> None:
         listed = ", ".join(freedom.name for freedom in freedoms)
-        text = f"joint {self.name} is of type {self.type}; taken: {listed} in a row"
+        text = f"joint {self.name} is of type {self.type}; its coordinates: {listed}"
         self.xml.note(self.element, text)
 
     def axis(self, tag: str = "axis") -> Array:

@@ -77,6 +77,16 @@ def _is_extras(element: LocatedElement) -> bool:
     return local_tag == TAG
 
 
+# types of the joints in a row that are one joint of several freedoms
+_SEVERAL = {
+    "ball": ["revolute", "revolute", "revolute"],
+    "universal": ["revolute", "revolute"],
+    "revolute2": ["revolute", "revolute"],
+    "screw": ["revolute", "prismatic"],
+}
+_KINDS = {"revolute2": "universal"}
+
+
 class _SdfReader:
     def __init__(self, xml: XmlReader, model: LocatedElement, world: LocatedElement | None) -> None:
         self.xml = xml
@@ -152,7 +162,8 @@ class _SdfReader:
         if is_reversed:
             start, end = end, start
             held_at = held_at.inverse()
-            freedoms = [freedom.reversed() for freedom in reversed(freedoms)]
+            if joint.type != "ball":  # of which the file names no coordinates
+                freedoms = [freedom.reversed() for freedom in reversed(freedoms)]
             text = f"joint {joint.name} is turned around: it leads from {start} to {end} here"
             self.xml.note(joint.element, text)
         origin = pose_entry(self.poses.in_link(start, pose) @ held_at)
@@ -160,6 +171,11 @@ class _SdfReader:
             entry = {"type": "fixed", "parent": start, "child": end, "origin": origin}
             self.xml.add(("joints", joint.name), entry, joint.element)
         self.add_row(joint, freedoms, (start, end), origin)
+        several = _SEVERAL.get(joint.type)
+        if several == [freedom.type for freedom in freedoms]:
+            kind = _KINDS.get(joint.type, joint.type)
+            names = [freedom.name for freedom in freedoms]
+            self.document.section("multi_dof")[joint.name] = {"type": kind, "joints": names}
         link_pose = pose.inverse() @ self.poses.link(end)
         if not link_pose.is_identity():
             frames = self.document.section("frames")
