@@ -18,11 +18,12 @@ from ..dynamics.mass import mass_singularity
 from ..dynamics.parameters import Parameters, described_parameters
 from ..dynamics.pins import Pin, find_pins
 from ..dynamics.reactions import Reactions, named_reactions
-from ..errors import MassSingularityError
+from ..errors import InputError, MassSingularityError
 from ..ground.arrays import Array
 from ..ground.check_arguments import require_type
 from ..ground.lazy import lazy
 from ..kernels.status import GOOD, MASS_SINGULAR
+from ..mechanism.total_inertia import total_mass
 from .closure import Closure
 from .kernel_store import KernelStore
 from .loaded_programs import LoadedProgram, LoadedPrograms, Packed
@@ -261,7 +262,13 @@ class Dynamics:
         Args:
             state: closed state, or a batch of N.
             loads: of which payloads count; `robot.loads` if None.
+
+        Raises:
+            InputError: nothing that moves has a mass.
         """
+        payloads = (self.loads if loads is None else loads).payloads
+        if not payloads and not total_mass(self._model.tree):
+            raise InputError("no moving link has a mass, so there is no centre of mass")
         values = self._evaluate("centroidal", programs.centroidal, state, loads)
         mass = float(np.max(values["mass"]))
         return Centroidal(mass, values["com"], values["A"], values["momentum"])
