@@ -190,12 +190,11 @@ def test_backward_stamps_start_the_filter_anew(client, node):
     ]
     client.wait_for("required_efforts", stamps[-1])
     back = stamps[0] - 5000 * MS
-    for k in range(4):
-        client.publish(
-            "active_joint_states", state(trajectory(0.01 * k), RATES), back + 10 * k * MS
-        )
+    for k in range(4):  # one by one: of a burst a busy node answers the newest
+        stamp = back + 10 * k * MS
+        client.publish("active_joint_states", state(trajectory(0.01 * k), RATES), stamp)
+        client.wait_for("joint_states", stamp)
     client.wait_for("required_efforts", back + 30 * MS)
-    assert client.received("joint_states", back)
     assert client.received("required_efforts", back) is None
     node.wait_for("backward stamp")
 
