@@ -37,6 +37,12 @@ class Turns(NamedTuple):
     cos_c: Scalar
     sin_c: Scalar
 
+    @classmethod
+    def at(cls, angles: Array) -> Turns:
+        """Those of angles (..., 3) [rad], arrays (...)."""
+        _, b, c = np.moveaxis(angles, -1, 0)
+        return cls(np.cos(b), np.sin(b), np.cos(c), np.sin(c))
+
     def axes(self) -> tuple[Vector, Vector, Vector]:
         """Columns of E in omega = E (a', b', c'): axes of the turns, in the frame they carry."""
         return (
@@ -99,13 +105,17 @@ def better_chart(rotation: Array) -> Array:
 
 def rate_matrix(angles: Array) -> Array:
     """E (..., 3, 3) in omega = E (a', b', c'), omega in the frame that the turns carry."""
-    _, b, c = np.moveaxis(angles, -1, 0)
-    zero, one = np.zeros_like(b), np.ones_like(b)
-    return _stacked(
-        (np.cos(b) * np.cos(c), np.sin(c), zero),
-        (-np.cos(b) * np.sin(c), np.cos(c), zero),
-        (np.sin(b), zero, one),
-    )
+    shape = angles.shape[:-1]
+    columns = [
+        np.stack([np.broadcast_to(component, shape) for component in axis], axis=-1)
+        for axis in Turns.at(angles).axes()
+    ]
+    return np.stack(columns, axis=-1)
+
+
+def angles_in(angles: Array, before: Array | float, after: Array | float) -> Array:
+    """Angles (..., 3) [rad] in charts (...) as those in other charts (...)."""
+    return angles_of(rotation_of(angles, np.asarray(before)), np.asarray(after))
 
 
 def in_other_chart(angles: Array, rates: Array, before: Array, after: Array) -> tuple[Array, Array]:
@@ -113,7 +123,7 @@ def in_other_chart(angles: Array, rates: Array, before: Array, after: Array) -> 
 
     Where both charts are the same, they keep their values to the last bit.
     """
-    turned = angles_of(rotation_of(angles, before), after)
+    turned = angles_in(angles, before, after)
     omega = rate_matrix(angles) @ rates[..., None]
     turned_rates = np.linalg.solve(rate_matrix(turned), omega)[..., 0]
     same = (before == after)[..., None]

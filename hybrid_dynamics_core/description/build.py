@@ -66,6 +66,7 @@ class _Builder:
     def robot(self) -> RobotDescription:
         data = self.data
         links, parts, alone = self.bodies()
+        joints = self.joints()
         return RobotDescription(
             name=data["name"],
             source=data.get("source", ""),
@@ -74,7 +75,7 @@ class _Builder:
             links=links,
             parts=parts,
             alone=alone,
-            joints=self.joints(),
+            joints=joints,
             closures=self.closures(),
             loops=self.loops(),
             active=(*data["active"], *data.get("idle", [])),
@@ -84,7 +85,7 @@ class _Builder:
             idle=tuple(data.get("idle", [])),
             active_set=data.get("active_set", "exact"),
             mimics=self.mimics(),
-            multi_dof=self.multi_dof(),
+            multi_dof=self.multi_dof(joints),
             charts=MappingProxyType(dict(self.document.charts)),
             file=self.document.file,
             lines=self.document.lines(),
@@ -152,19 +153,18 @@ class _Builder:
                 joints[name] = self.joint(name, entry)
         return MappingProxyType(joints)
 
-    def multi_dof(self) -> Mapping[str, MultiDofJoint]:
+    def multi_dof(self, joints: Mapping[str, Joint]) -> Mapping[str, MultiDofJoint]:
         """Joints of several freedoms, between links in place of frames."""
-        joints: dict[str, MultiDofJoint] = {}
+        several: dict[str, MultiDofJoint] = {}
         for name, joint in self.document.multi_dof.items():
-            joints[name] = replace(joint, parent=self.attached.link(joint.parent))
-            self.require_turns(joints[name])
-        return MappingProxyType(joints)
+            several[name] = replace(joint, parent=self.attached.link(joint.parent))
+            self.require_turns(several[name], joints)
+        return MappingProxyType(several)
 
-    def require_turns(self, joint: MultiDofJoint) -> None:
+    def require_turns(self, joint: MultiDofJoint, joints: Mapping[str, Joint]) -> None:
         """Raise where the turns of a ball or free joint are not about x, y and z of one frame."""
-        entries = section_entries(self.values, "joints")
         for k, name in enumerate(joint.turns):
-            row = self.joint(name, entries[name])
+            row = joints[name]
             direction = np.eye(3)[k]
             if k == 2:  # its axis stands in the child's frame, which may be turned against it
                 direction = row.rotation.T @ direction

@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..algebra.charts import FIRST, angles_of, rotation_of
+from ..algebra.charts import FIRST, angles_in
 from ..errors import DescriptionError
 from ..ground.arrays import Array, Picklable, frozen
 from ..ground.suggestions import with_warnings
@@ -291,8 +291,7 @@ class RobotDescription(Picklable):
             chart = self.charts.get(joint.name, FIRST)
             if chart != FIRST:
                 angles = np.array([reference.get(name, 0.0) for name in joint.turns])
-                rotation = rotation_of(angles, np.array(chart))
-                plain = angles_of(rotation, np.array(FIRST)).tolist()
+                plain = angles_in(angles, chart, FIRST).tolist()
                 reference.update(zip(joint.turns, plain, strict=True))
         return reference
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from ..algebra.scalar import Scalar, Scalars, sqrt
 from ..algebra.vector import ZERO3, Rotation, Vector, add, cross, transposed_matvec
 from ..mechanism.configuration import Configuration
-from ..mechanism.joint_velocity import forces_along, joint_bias, joint_velocities
+from ..mechanism.joint_velocity import forces_along, joint_accelerations, joint_velocities
 from ..mechanism.tree import Body, Tree
 from .spanning import TreeDynamics, Wrench, total
 
@@ -190,11 +190,7 @@ class LoadedTree:
 
     def _joint_accelerations(self, dds: Scalars, ds: Scalars, other: Scalars) -> list[Scalar]:
         """What the rotors feel: s'', of ball and free joints the angular acceleration."""
-        tree = self.tree.tree
-        accelerations = joint_velocities(tree, self.configuration, dds)
-        if not tree.turns:
-            return accelerations
-        return list(add(accelerations, joint_bias(tree, self.configuration, ds, other)))
+        return joint_accelerations(self.tree.tree, self.configuration, dds, ds, other)
 
     def _along(self, forces: Scalars) -> list[Scalar]:
         """Forces along s of forces along joint velocities."""

@@ -89,9 +89,8 @@ class FreelyTurning:
     def drift(self, s: Array, ds: Array, charts: Array) -> Array:
         """V' q' (..., k): what the twist changes by with q'' = 0."""
         angles, rates = s[..., self.turns], ds[..., self.turns]
-        _, b, c = np.moveaxis(angles, -1, 0)
         columns = list(np.moveaxis(rates, -1, 0))
-        bias = Turns(np.cos(b), np.sin(b), np.cos(c), np.sin(c)).bias(columns, columns)
+        bias = Turns.at(angles).bias(columns, columns)
         angular = np.stack(np.broadcast_arrays(*bias), axis=-1) @ self.carried.T
         if not self.slides:
             return angular

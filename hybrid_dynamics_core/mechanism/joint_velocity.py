@@ -38,6 +38,24 @@ def joint_bias(
     return result
 
 
+def joint_accelerations(
+    tree: Tree, configuration: Configuration, dds: Scalars, ds: Scalars, other: Scalars
+) -> list[Scalar]:
+    """Accelerations along s (n_s,), those of three turns as angular acceleration.
+
+    Args:
+        tree: the spanning tree.
+        configuration: all coordinates.
+        dds: s''.
+        ds: s'.
+        other: s' too, but for the columns of a matrix: the term is bilinear.
+    """
+    accelerations = joint_velocities(tree, configuration, dds)
+    if not tree.turns:
+        return accelerations
+    return list(add(accelerations, joint_bias(tree, configuration, ds, other)))
+
+
 def forces_along(tree: Tree, configuration: Configuration, forces: Scalars) -> list[Scalar]:
     """Forces along s (n_s,) of forces along the components of `joint_velocities`."""
     result = list(forces)

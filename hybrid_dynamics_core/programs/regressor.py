@@ -12,7 +12,7 @@ from ..dynamics.load_pattern import smooth_sign
 from ..dynamics.parameters import Parameters
 from ..dynamics.spanning import BodyMotion, Wrench
 from ..kernels.trace import Results
-from ..mechanism.joint_velocity import joint_bias, joint_velocities
+from ..mechanism.joint_velocity import joint_accelerations, joint_velocities
 from .dynamics import Dynamics, columns_of
 from .model import AT_ACCELERATION, Inputs, Model, Program
 
@@ -49,22 +49,23 @@ def regressor(parameters: Parameters) -> Program:
             wrenches = unit_wrenches(motions[body])
             columns += [_powers(twists_of_body, wrench) for wrench in wrenches]
         if parameters.joints:
-            columns += _joint_columns(model, x, parameters, dynamics)
+            columns += _joint_columns(model, x, parameters, dynamics, dds)
         return Results({"Y": transposed(columns)}, dynamics.checks)
 
     return Program((*AT_ACCELERATION, "smoothing"), run)
 
 
 def _joint_columns(
-    model: Model, x: Inputs, parameters: Parameters, dynamics: Dynamics
+    model: Model,
+    x: Inputs,
+    parameters: Parameters,
+    dynamics: Dynamics,
+    dds: list[Scalar],
 ) -> list[list[Scalar]]:
     """The columns of friction and rotors."""
     tree, configuration, ds = model.tree, dynamics.motion.configuration, dynamics.ds
-    dds = dynamics.motion.accelerations(x.ddu, ds)
     velocities = joint_velocities(tree, configuration, ds)
-    accelerations = list(joint_velocities(tree, configuration, dds))
-    if tree.turns:
-        accelerations = list(add(accelerations, joint_bias(tree, configuration, ds, ds)))
+    accelerations = joint_accelerations(tree, configuration, dds, ds, ds)
     directions = [
         joint_velocities(tree, configuration, column) for column in columns_of(dynamics.motion)
     ]

@@ -26,6 +26,9 @@ MOST_HALVINGS = 8  # of a way on which a ball joint in a loop changes its chart
 class Charts:
     """Changes of charts of one robot.
 
+    Attributes:
+        change_in_loops: whether some ball or free joint is passive: the loops decide how it stands.
+
     Args:
         model: names, tree and closure plan of the robot.
         run: the closure kernel.
@@ -38,12 +41,8 @@ class Charts:
         self._states = states
         self._blocks = len(model.plan.blocks)
         passive = [turns[1] >= len(model.active) for turns in model.tree.turns]
-        self._passive = np.array(passive, dtype=bool)
-
-    @property
-    def change_in_loops(self) -> bool:
-        """Whether some ball or free joint is passive: the loops decide how it stands."""
-        return bool(self._passive.any())
+        self._passive = tuple(passive)
+        self.change_in_loops = any(passive)
 
     def of(self, state: ClosedState) -> Array:
         """Chart of each ball and free joint, (c,) or (N, c), +1 or -1."""

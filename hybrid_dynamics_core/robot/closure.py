@@ -93,11 +93,10 @@ class Closure:
         u = finite_vectors("u", u, self.model.active)
         rows = len(u) if u.ndim == 2 else -1
         du = self._rates(u, du, rows)
-        start = self._start_at(near, rows)
-        signs = self._signs_for(near, branch)
         if self.charts.change_in_loops and branch is None:
+            self._start_at(near, rows)
             return self.charts.close(self._close, u, du, check, near)
-        return self._close(u, du, check, near, signs, start)
+        return self._close(u, du, check, near, branch)
 
     def _close(
         self,
@@ -105,13 +104,11 @@ class Closure:
         du: Array,
         check: bool,
         near: ClosedState | None,
-        signs: Array | None = None,
-        start: Start | None = None,
+        branch: Mapping[str, str] | None = None,
     ) -> ClosedState:
         """Close at checked arguments."""
-        if signs is None:
-            signs = self._signs_for(near, None)
-            start = self._start_at(near, len(u) if u.ndim == 2 else -1)
+        start = self._start_at(near, len(u) if u.ndim == 2 else -1)
+        signs = self._signs_for(near, branch)
         values, codes = self._solver.close(u, du, signs, start)
         state = self._states.build(u, du, signs, values, codes, check)
         if near is None:

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..algebra.charts import LEAVE, angles_of, rotation_of
+from ..algebra.charts import LEAVE, angles_in
 from ..closed_state.assembly_modes import mode_names
 from ..closure.limit_range import limited_range
 from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
@@ -320,8 +320,7 @@ def _in_better_charts(model: RobotModel) -> RobotDescription | None:
         angles = reference[list(turns)]
         if abs(angles[1]) > LEAVE:
             charts[joint.name] = -chart
-            rotation = rotation_of(angles, np.array(chart))
-            reference[list(turns)] = angles_of(rotation, np.array(-chart))
+            reference[list(turns)] = angles_in(angles, chart, -chart)
     if charts == dict(model.description.charts):
         return None
     values = dict(zip(model.coordinates, reference.tolist(), strict=True))
