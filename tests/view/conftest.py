@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot, load
@@ -15,6 +17,20 @@ if TYPE_CHECKING:
     from hybrid_dynamics_core.view.viewer import Viewer
 
 Opened = Callable[..., "Viewer"]
+PATIENCE = 60.0  # [s] a browser tells of its camera when it comes to it
+
+
+def wait_for_camera(page: Any, client: Any, condition: Callable[[np.ndarray], bool]) -> np.ndarray:
+    """Wait until a browser tells of a camera that meets a condition.
+
+    Returns:
+        The position of the camera [m].
+    """
+    end = time.monotonic() + PATIENCE
+    while not condition(np.array(client.camera.position)):
+        assert time.monotonic() < end, f"the camera stays at {client.camera.position}"
+        page.wait_for_timeout(50)
+    return np.array(client.camera.position)
 
 
 @pytest.fixture(scope="session")

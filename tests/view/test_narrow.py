@@ -14,7 +14,7 @@ from hybrid_dynamics_core.scene.skeleton import place_skeleton
 from hybrid_dynamics_core.view.camera import Camera, camera_for
 from tools.browser import NoBrowserError, opened_page
 
-from .conftest import Opened
+from .conftest import Opened, wait_for_camera
 
 pytestmark = pytest.mark.usefixtures("needs_viser")
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
@@ -50,9 +50,8 @@ def test_scene_and_panel_share_a_narrow_window() -> None:
             assert boxes["panel"] == pytest.approx([0.0, 0.5 * HEIGHT, WIDTH, HEIGHT], abs=1.0)
             assert 0.0 < boxes["rightmost"] <= WIDTH  # readouts are not cut off
             (client,) = viewer.server.get_clients().values()
-            assert client.camera.position == pytest.approx(
-                viewer.scene_view.camera.position, rel=1e-4
-            )  # wide enough for it
+            wide_enough = viewer.scene_view.camera.position
+            wait_for_camera(page, client, lambda eye: np.allclose(eye, wide_enough, rtol=1e-4))
             page.get_by_text("gough", exact=True).click()  # folds the panel: the scene has the rest
             page.wait_for_function(
                 "height => document.querySelector('canvas').getBoundingClientRect().height >"

@@ -13,7 +13,7 @@ from hybrid_dynamics_core.view.motion import motion_of
 from hybrid_dynamics_core.view.ranges import Range, decimals
 from tools.browser import NoBrowserError, opened_page
 
-from .conftest import Opened
+from .conftest import Opened, wait_for_camera
 
 pytestmark = pytest.mark.usefixtures("needs_viser")
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
@@ -261,29 +261,27 @@ def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do
     def slew(text: str) -> None:
         enter(page, SLEW, text)
         shows(page, SLEW, text)
-        page.wait_for_timeout(
-            300
-        )  # [ms] six times what a browser waits before it tells of its camera
 
     slew("0")
-    before = np.array(client.camera.position)
+    put = viewer.camera_fit._positions[client.client_id][-1]
+    before = wait_for_camera(page, client, lambda eye: np.allclose(eye, put, rtol=1e-4))
     slider = page.get_by_role("slider").nth(SLEW)
     slider.focus()
     page.keyboard.press("ArrowRight", delay=200)
     shows(page, SLEW, "0.001")
-    page.wait_for_timeout(300)
+    page.wait_for_timeout(300)  # [ms] six times what a browser waits before it tells of its camera
     assert client.camera.position == pytest.approx(before, rel=1e-4)  # viser would turn it as well
     slew("2")
-    moved = np.array(client.camera.position)
-    assert np.linalg.norm(moved - before) > 1.0  # [m]
+    moved = wait_for_camera(page, client, lambda eye: np.linalg.norm(eye - before) > 1.0)  # [m]
     page.mouse.move(300.0, 200.0)
     page.mouse.down()
     page.mouse.move(360.0, 210.0, steps=4)
     page.mouse.up()
+    wait_for_camera(page, client, lambda eye: np.linalg.norm(eye - moved) > 0.5)  # [m]
     page.wait_for_timeout(1000)  # it runs out smoothly
     turned = np.array(client.camera.position)
-    assert np.linalg.norm(turned - moved) > 0.5  # [m]
     slew("-2.5")
+    page.wait_for_timeout(300)
     assert client.camera.position == pytest.approx(turned, rel=1e-4)
 
 
