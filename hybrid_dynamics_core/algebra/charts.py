@@ -1,8 +1,8 @@
 """Two charts that together cover all orientations of a ball or free joint.
 
-Three turns about x, y and z in a row, R = C Rx(a) Ry(b) Rz(c), are singular at b = +-pi/2. The
-chart +1 has C = E, the chart -1 has C = Rz(pi/2). With n the third column of R, sin b is n_x in the
-first and n_y in the second chart. So in one of them |b| is at most pi/4, wherever the joint stands.
+The angles of R = C Rx(a) Ry(b) Rz(c) are singular at b = +-pi/2. The chart +1 has C = 1, the chart
+-1 has C = Rz(pi/2). With n the third column of R, sin b is n_x in the chart +1 and n_y in the chart
+-1. So in one of them |b| is at most pi/4.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from ..ground.arrays import Array
 from .scalar import Scalar, Scalars
 from .vector import Rotation, Vector
 
-LEAVE: Final = 1.0  # [rad] |b| beyond which the other chart is taken; there |b| is below 0.58
+LEAVE: Final = 1.0  # [rad] |b| at which the chart changes; there it is below 0.58 in the other
 FIRST: Final = 1.0
 SECOND: Final = -1.0
-_SINGULAR: Final = 1e-12  # cosine of b below which two turns are about one axis
+_SINGULAR: Final = 1e-12  # cosine of b below which the axes of a and c coincide
 
 
 def chart_rotation(chart: Scalar) -> Rotation:
@@ -39,12 +39,12 @@ class Turns(NamedTuple):
 
     @classmethod
     def at(cls, angles: Array) -> Turns:
-        """Those of angles (..., 3) [rad], arrays (...)."""
+        """Cosines and sines of angles (..., 3) [rad], as arrays (...)."""
         _, b, c = np.moveaxis(angles, -1, 0)
         return cls(np.cos(b), np.sin(b), np.cos(c), np.sin(c))
 
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Columns of E in omega = E (a', b', c'): axes of the turns, in the frame they carry."""
+        """Columns of E in omega = E (a', b', c'): the axes of the turns, in the rotated frame."""
         return (
             (self.cos_b * self.cos_c, -self.cos_b * self.sin_c, self.sin_b),
             (self.sin_c, self.cos_c, 0.0),
@@ -52,12 +52,12 @@ class Turns(NamedTuple):
         )
 
     def bias(self, first: Scalars, second: Scalars) -> Vector:
-        """The symmetric bilinear form of which E' (a', b', c') is the value at twice the rates.
+        """The bias E' (a', b', c') as a symmetric bilinear form of two sets of rates.
 
         Args:
-            first: rates (3,) [rad/s].
-            second: rates (3,) [rad/s]; with both the same it is the angular acceleration (3,)
-                where a'', b'' and c'' are zero [rad/s^2].
+            first: rates (a', b', c') [rad/s].
+            second: further rates [rad/s]. Equal rates give the angular acceleration (3,) [rad/s^2]
+                at a'' = b'' = c'' = 0.
         """
         ab = _mixed(first, second, 0, 1)
         ac = _mixed(first, second, 0, 2)
@@ -90,7 +90,7 @@ def angles_of(rotation: Array, charts: Array) -> Array:
     matrix = np.where(_in_first(charts), rotation, _quarter_turned(rotation, -1.0))
     cosine = np.hypot(matrix[..., 0, 0], matrix[..., 0, 1])
     b = np.arctan2(matrix[..., 0, 2], cosine)
-    singular = cosine < _SINGULAR  # a and c turn about one axis: all of it is given to a
+    singular = cosine < _SINGULAR  # a and c turn about one axis: c is set to zero
     a = np.arctan2(-matrix[..., 1, 2], matrix[..., 2, 2])
     a = np.where(singular, np.arctan2(matrix[..., 2, 1], matrix[..., 1, 1]), a)
     c = np.where(singular, 0.0, np.arctan2(-matrix[..., 0, 1], matrix[..., 0, 0]))
@@ -104,7 +104,7 @@ def better_chart(rotation: Array) -> Array:
 
 
 def rate_matrix(angles: Array) -> Array:
-    """E (..., 3, 3) in omega = E (a', b', c'), omega in the frame that the turns carry."""
+    """E (..., 3, 3) in omega = E (a', b', c'), with omega in the rotated frame."""
     shape = angles.shape[:-1]
     columns = [
         np.stack([np.broadcast_to(component, shape) for component in axis], axis=-1)
@@ -114,14 +114,14 @@ def rate_matrix(angles: Array) -> Array:
 
 
 def angles_in(angles: Array, before: Array | float, after: Array | float) -> Array:
-    """Angles (..., 3) [rad] in charts (...) as those in other charts (...)."""
+    """Convert angles (..., 3) [rad] from charts `before` (...) to charts `after` (...)."""
     return angles_of(rotation_of(angles, np.asarray(before)), np.asarray(after))
 
 
 def in_other_chart(angles: Array, rates: Array, before: Array, after: Array) -> tuple[Array, Array]:
-    """Angles (..., 3) [rad] and rates [rad/s] in charts (...) as those in other charts (...).
+    """Convert angles (..., 3) [rad] and rates [rad/s] from charts `before` to charts `after`.
 
-    Where both charts are the same, they keep their values to the last bit.
+    Where both charts (...) are the same, the values stay the same to the last bit.
     """
     turned = angles_in(angles, before, after)
     omega = rate_matrix(angles) @ rates[..., None]

@@ -14,9 +14,9 @@ class Definite:
 
     Attributes:
         size: number of rows.
-        pivots: D, what remains of each diagonal entry after the rows before it. All are positive
-            where the matrix is positive definite. One next to zero says that it is singular.
-        mask: 1 for each row that counts, 0 for each that is left out.
+        pivots: the entries of D. All are positive if the matrix is positive definite. A pivot next
+            to zero means that it is singular.
+        mask: 1 for each row that is kept, 0 for each that is dropped.
     """
 
     def __init__(
@@ -29,10 +29,10 @@ class Definite:
 
         Args:
             matrix: rows (size, size).
-            floor: added to each pivot before dividing by it. It is so small that it counts only
-                where the pivot is zero: there it keeps results finite, though without meaning.
-            keep: called with a row and its pivot. It gives 1 where the row counts. It gives 0
-                where its equation is left out and its unknown is zero. If None, all rows count.
+            floor: a tiny number that is added to each pivot before dividing by it. Where a pivot is
+                zero, results stay finite, but have no meaning.
+            keep: called with a row and its pivot; returns 1 to keep the row, or 0 to drop its
+                equation and set its unknown to zero. If None, all rows are kept.
         """
         self.size = len(matrix)
         self._floor = floor
@@ -58,7 +58,7 @@ class Definite:
         return x
 
     def remainders(self, rhs: Scalars) -> list[Scalar]:
-        """y with L y = rhs: what the rows before leave of each entry."""
+        """y with L y = rhs (forward substitution)."""
         remainders: list[Scalar] = []
         for i, row in enumerate(self._lower):
             value = rhs[i]

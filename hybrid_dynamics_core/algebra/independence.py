@@ -18,13 +18,13 @@ def norm(vector: ArrayLike) -> float:
 def independent_rows(
     matrix: Array, order: Sequence[int], least: ArrayLike, passes: int = 2
 ) -> list[int]:
-    """Choose rows in order, each if enough of it is not in the span of those before (Gram-Schmidt).
+    """Choose rows, one after the other, that are independent of those before (Gram-Schmidt).
 
     Args:
         matrix: (m, n).
-        order: the rows, those first that are to be preferred.
-        least: norm that must remain of a row, one for all or (m,).
-        passes: how often the span is taken out: twice is orthogonal to rounding.
+        order: indices of the rows, preferred ones first.
+        least: norm that a row must have left, outside of that span; a number or (m,).
+        passes: how often each row is orthogonalised; two passes make it orthogonal to rounding.
 
     Returns:
         The chosen rows, at most n.

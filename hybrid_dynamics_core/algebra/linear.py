@@ -1,6 +1,6 @@
-"""Small linear systems over any scalar type: the blocks of the closure plan.
+"""Small linear systems over any scalar type, as the blocks of the closure plan have them.
 
-Up to 3 x 3 they are written out.
+Up to 3 x 3 the inverse is written out.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class Inverse:
 
     Attributes:
         size: number of rows.
-        adjugate: `divisor` times the inverse, rows (size, size). Cramer's rule up to 3 x 3.
-        divisor: what the adjugate is divided by.
+        adjugate: `divisor` times the inverse, rows (size, size); by Cramer's rule up to 3 x 3.
+        divisor: the adjugate over this number is the inverse.
         determinant: of the matrix.
     """
 
@@ -55,8 +55,8 @@ class Inverse:
 
         Args:
             matrix: the matrix that was inverted, rows (size, size).
-            units: what the unknown of each column is counted in. A is the matrix with its columns
-                multiplied by them.
+            units: unit of the unknown of each column. A is the matrix with its columns multiplied
+                by these units.
         """
         squares: list[Scalar] = []
         for row in matrix:

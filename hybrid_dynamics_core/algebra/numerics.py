@@ -1,6 +1,6 @@
-"""What is not written out over scalars: the inverse of a larger matrix, and Newton's method.
+"""Algorithms that are not unrolled: the inverse of a larger matrix, and Newton's method.
 
-Both take any scalar type. Symbols record them as one block of the graph, whose generated code calls
+Both take any scalar type. Symbols record a call as one node of the graph. The generated code calls
 the same functions on floats or arrays.
 """
 
@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from ..ground.arrays import Array
 from .scalar import Scalar, Scalars
 
-# unknowns and parameters in; residuals, then the Jacobian row by row, out
+# (unknowns, parameters) -> residuals, then the Jacobian row by row
 Body = Callable[[Scalars, Scalars], list[Scalar]]
 
 Flags = NDArray[np.bool_]
 
 MAX_ITERATIONS = 40
 LARGEST_STEP = 0.5  # [rad or m] a longer step is shortened: the linear model does not hold that far
-SMALL_STEP = 1e-9  # convergence is quadratic, so the step after this one is rounding
+SMALL_STEP = 1e-9  # convergence is quadratic: after such a step only rounding is left
 TINY = 1e-300
 
 
@@ -76,10 +76,10 @@ def newton(body: Body, guess: Scalars, parameters: Scalars) -> list[Scalar]:
     Args:
         body: residuals and Jacobian of the system.
         guess: where the unknowns start.
-        parameters: what else the body takes.
+        parameters: further inputs of the body.
 
     Returns:
-        The unknowns, then the number of iterations, negative where they did not converge.
+        The unknowns, then the number of iterations: negative if Newton did not converge.
     """
     symbol = _first_symbol([*guess, *parameters])
     if symbol is not None:

@@ -14,8 +14,8 @@ from .scalar import Scalar, sqrt
 def quaternion(rotation: Array) -> Array:
     """Unit quaternions with w >= 0 of rotation matrices.
 
-    They are taken by way of their largest component, so that half turns keep all digits. Where w is
-    zero, the largest component is positive. One matrix has the bits of a stack.
+    The largest component is computed first, so that half turns keep all digits. Where w is zero,
+    the largest component is positive. A single matrix and a stack give the same bits.
 
     Args:
         rotation: (3, 3) or (N, 3, 3).
@@ -36,7 +36,7 @@ def quaternion(rotation: Array) -> Array:
 
 
 def _one_quaternion(rotation: Array) -> list[float]:
-    """In floats: a message needs it quickly."""
+    """The quaternion of one matrix, in floats: quicker than NumPy, for messages."""
     candidates = _candidates(rotation.tolist())
     squares = [candidates[k][k] for k in range(4)]
     x, y, z, w = candidates[squares.index(max(squares))]

@@ -60,7 +60,7 @@ def atan2(y: Scalar, x: Scalar) -> Scalar:
 
 
 def rint(x: Scalar) -> Scalar:
-    """The nearest integer, of two equally near the even one; its derivative counts as zero."""
+    """The nearest integer, with ties to even; its derivative counts as zero."""
     if isinstance(x, (float, int)):
         return float(np.rint(x))
     if isinstance(x, np.ndarray):

@@ -1,7 +1,6 @@
 """Vectors (tuples of 2 or 3 scalars) and rotations (tuples of 3 rows) over any scalar type.
 
-Plain tuples keep structural zeros visible: a traced product with the constant 0.0 vanishes from the
-kernel.
+Plain tuples keep constant zeros visible: tracing drops a product with the constant 0.0.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ IDENTITY3: Rotation = (
     (0.0, 1.0, 0.0),
     (0.0, 0.0, 1.0),
 )
-DUST = 1e-15  # of constants next to -1, 0 and 1
+DUST = 1e-15  # rounding of constants that should be -1, 0 or 1
 
 
 def add(a: Scalars, b: Scalars) -> Vector:
@@ -119,7 +118,7 @@ def trace(m: Rotation) -> Scalar:
 def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
     """Rotation about a constant unit axis by the angle with cosine c and sine s (Rodrigues).
 
-    About a coordinate axis it is written out, so that no products with constants remain.
+    Coordinate axes have formulas of their own, without products with constants.
     """
     x, y, z = axis
     if x == y == 0.0:
@@ -152,7 +151,7 @@ def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
 
 
 def constant(values: Iterable[float]) -> Vector:
-    """A tuple of Python floats, with rounding dust removed so that structure shows."""
+    """A tuple of Python floats; entries within rounding of -1, 0 or 1 are made exact."""
     return tuple(_without_dust(float(value)) for value in values)
 
 

@@ -1,4 +1,5 @@
 """From active coordinates to a closed state.
 
-Solving, continuation, assembly modes, and why a loop does not close.
+It solves the closure, follows motions, lists assembly modes, and explains why a loop does not
+close.
 """

@@ -18,8 +18,8 @@ from ..mechanism.configuration import Configuration, configuration_at
 from ..programs import Model
 from .state import ClosedState
 
-NUMBERED = "mode_"  # modes of a loop that closes by iteration, beside that of the reference
-SAME = 1e-6  # [rad or m] solutions nearer than this are one
+NUMBERED = "mode_"  # prefix of further modes of a loop that closes by iteration
+SAME = 1e-6  # [rad or m] solutions closer than this are the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +44,10 @@ class Completeness(Enum):
 
 
 class AssemblyModes(tuple[AssemblyMode, ...]):  # noqa: SLOT001  a tuple takes none
-    """Assembly modes at one input, and whether they are all.
+    """The tuple of assembly modes at one input, and whether it is complete.
 
     Attributes:
-        completeness: `PROVEN` where every loop has a closed form. Otherwise a search says `LIKELY`
-            or `UNLIKELY`.
+        completeness: `PROVEN` if every loop has a closed form, else `LIKELY` or `UNLIKELY`.
         reason: why, in a sentence.
     """
 
@@ -58,7 +57,7 @@ class AssemblyModes(tuple[AssemblyMode, ...]):  # noqa: SLOT001  a tuple takes n
     def __new__(
         cls, modes: Iterable[AssemblyMode], completeness: Completeness, reason: str
     ) -> AssemblyModes:
-        """A tuple with its evidence."""
+        """Make the tuple and set its attributes."""
         self = super().__new__(cls, modes)
         self.completeness = completeness
         self.reason = reason
@@ -108,7 +107,7 @@ def mode_names(plan: ClosurePlan) -> Mapping[str, tuple[str, ...]]:
 
 
 def no_such_mode(loop: str, mode: str, modes: Sequence[str]) -> str:
-    """That a loop has no mode of this name, and what may have been meant."""
+    """An error text: a loop has no mode of this name; close names are suggested."""
     return f"loop '{loop}' has no mode '{mode}'{suggestion(mode, modes)}; known: {', '.join(modes)}"
 
 
@@ -128,15 +127,15 @@ def signs_of_names(
     signs: Array,
     branch: Mapping[str, str],
 ) -> Array:
-    """Branch signs with some modes replaced by name; of a joined name a part is enough.
+    """Branch signs with some modes replaced by name.
 
     Args:
         plan: closure plan.
-        signs: branch signs (blocks,) to begin with.
-        branch: modes by loop name.
+        signs: branch signs (blocks,) of the other modes.
+        branch: modes by loop name. Of a name joined by +, one part is enough.
 
     Returns:
-        Branch signs as those given.
+        Branch signs (blocks,).
 
     Raises:
         InputError: there is no such loop or mode.
@@ -178,7 +177,7 @@ def _set_mode(
 
 
 def matching_signs(model: Model, s: Array, charts: Array) -> Array:
-    """The signs on which a plan gives the closed configuration s (n_s,) in charts."""
+    """The branch signs of the closed configuration s (n_s,) in given charts."""
     closed = configuration_at(model.tree, s, charts)
     signs = []
     for block in model.plan.blocks:
@@ -194,7 +193,7 @@ def _error_on(
     sign: float,
     s: Array,
 ) -> float:
-    """How far a block's solution on a sign is from the closed configuration s [rad, m]."""
+    """Distance of a block's solution on a branch sign from the closed configuration s [rad, m]."""
     trial = closed.copy()
     try:
         margin = block.solve(trial, sign, s.tolist())

@@ -1,7 +1,7 @@
 """Closing on the right assembly mode.
 
-Where the closure has a closed form, it is evaluated at once. Where not, the configuration is
-followed from a closed one nearby.
+A closure in closed form is evaluated directly. Any other is followed by continuation from a closed
+configuration.
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ class ClosureSolver:
             u: given coordinates (n,) or (N, n) [rad, m].
             du: given rates of the same shape [rad/s, m/s].
             signs: branch signs (blocks,), or (N, blocks).
-            start: where to come from. If None, a closure with a closed form is evaluated at once,
-                any other comes from the reference. Passive angles are then those nearest to the
-                reference's.
+            start: the configuration to follow the motion from. If None, closed forms are evaluated
+                directly, and other closures are followed from the reference. Passive angles are
+                then those nearest to the reference's.
 
         Returns:
             Results by name, and the status codes () or (N,).
@@ -83,7 +83,7 @@ class ClosureSolver:
             return self._close_from(u, du, signs, start)
         if not self.iterates:
             return self._run(u, du, signs, self._reference)
-        # the way from the reference is a turn at most: further turns lead to the same places
+        # at most half a turn from the reference: whole turns give the same configuration
         within_a_turn = self._turns.nearest_given(u, self._reference[self.given])
         values, codes = self._close_from(within_a_turn, du, signs, self.reference(signs))
         nearest = self._turns.nearest(values["s"], self._reference)
@@ -117,13 +117,13 @@ class ClosureSolver:
     ) -> ClosureResults:
         """Close along a motion, each row followed from the one before.
 
-        After a row that fails all codes are that row's.
+        All rows after one that fails get its code.
 
         Args:
             u: given coordinates (N, n) [rad, m].
             du: given rates (N, n) [rad/s, m/s].
             signs: branch signs (blocks,).
-            start: where the first row comes from; the reference if None.
+            start: the configuration before the first row; the reference if None.
 
         Returns:
             Results by name, and the status codes (N,).
@@ -154,10 +154,10 @@ class ClosureSolver:
         return Start(values["s"], values["R"])
 
     def _must_follow(self, smooth: Mask, codes: Codes) -> Mask:
-        """Which states have to be followed in small steps."""
+        """Mask (N,) of the states that need continuation."""
         failed: Mask = codes != GOOD
         if self.iterates:
-            # an iteration that fails may only have been started too far off
+            # an iteration may fail because its guess was too far off
             rows: Mask = ~smooth | failed
         else:
             # a closed form that fails has no solution
@@ -184,7 +184,7 @@ class ClosureSolver:
         must_follow: Mask,
         direct: ClosureResults,
     ) -> ClosureResults:
-        """The direct results, with those of some rows replaced."""
+        """The results of one evaluation, with some rows replaced by continuation."""
         values, codes = direct
         rows = np.flatnonzero(must_follow)
         shape = (len(u), len(self._reference))
@@ -207,20 +207,20 @@ class ClosureSolver:
 def _code_after(on_the_way: Codes, at_end: Codes) -> Codes:
     """Status of rows that were followed.
 
-    It says why the end does not close or, where it does, that the way was lost.
+    It is the code at the end. An end that closes, but was not reached, gets the code of a jump.
     """
     lost = np.where(at_end == GOOD, JUMP, at_end)
     return np.atleast_1d(np.where(on_the_way == GOOD, at_end, lost))
 
 
 def _of_rows(signs: Array, rows: Rows) -> Array:
-    """Branch signs of some rows: all of (blocks,), which are the same for each."""
+    """Branch signs of some rows; signs (blocks,) hold for every row."""
     if signs.ndim == 1:
         return signs
     return signs[rows]
 
 
 def _mapped(velocity_map: Array, move: Array) -> Array:
-    """R du of one state, or of each row."""
+    """R times a move, for one state or for each row."""
     moved: Array = np.einsum("...ij,...j->...i", velocity_map, move)
     return moved

@@ -1,13 +1,14 @@
 """Following a configuration along a motion: predict with R, correct with the closure.
 
-On its assembly mode a mechanism moves smoothly. The move of a step is what R predicts at its start.
-It is also what R at its end gives in hindsight. The shorter the step, the better both agree.
+On one assembly mode a mechanism moves smoothly. The change of s in a step is predicted with R at
+its start, and again with R at its end. The shorter the step, the better both predictions agree with
+it.
 
-A step that does not agree is shortened. Where no step is short enough, the motion meets a singular
-place (a toggle, a change point), or would have to jump to another assembly mode.
+A step that disagrees is shortened. If no step is short enough, the motion meets a singularity (a
+toggle or change point), or would jump to another assembly mode.
 
-Both ends are compared, because R jumps at a change point where the coordinates do not. A step that
-ends just beyond a change point is predicted well.
+Both ends are needed: at a change point R jumps, but s does not. So a step that ends just beyond one
+agrees with the prediction at its start.
 """
 
 from __future__ import annotations
@@ -31,21 +32,21 @@ Mask = NDArray[np.bool_]
 CORRECTION = 0.25  # largest part of the predicted step that the correction may be
 SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
-SHORTEST = 1e-7  # of the way: a shorter step means that there is no smooth way on
-# A longer way needs more steps, accepted or rejected: so many are tried at most.
+SHORTEST = 1e-7  # share of the motion; if a step must be shorter, there is no continuous motion
+# A longer motion needs more steps. This is the largest number of them, rejected ones included.
 BASE_ROUNDS = 400
-ROUNDS_PER_LENGTH = 100  # [1/rad or 1/m] of the way of the given coordinates
+ROUNDS_PER_LENGTH = 100  # [1/rad or 1/m] per length of the path of the given coordinates
 MAX_EXTRA_ROUNDS = 1e6
 
 
 @dataclass(frozen=True)
 class Continuation:
-    """Where each row ended.
+    """The result of following each row.
 
     Attributes:
         s: all coordinates (N, n_s) [rad, m].
         codes: status codes (N,).
-        progress: share of the way (N,) that each row came, in [0, 1].
+        progress: share of the motion (N,) that each row completed, in [0, 1].
     """
 
     s: Array
@@ -67,7 +68,7 @@ def continue_to(
         start_s: closed configurations (N, n_s) to come from [rad, m].
         start_u: given coordinates (N, n) there [rad, m].
         end_u: given coordinates (N, n) to go to [rad, m].
-        passive: which coordinates are not given (n_s,).
+        passive: mask (n_s,) of coordinates that are not given.
     """
     s = start_s.copy()
     progress = np.zeros(len(end_u))
@@ -107,13 +108,13 @@ def continue_to(
 
 
 def is_continuous(moved: Array, predicted: Array, hindsight: Array, passive: Mask) -> Mask:
-    """Whether a move is the one that R gives at both ends, but for a small correction.
+    """Whether a step agrees with its predictions by R at both ends.
 
     Args:
-        moved: move (..., n_s) of all coordinates [rad, m].
-        predicted: the move by R at the start.
-        hindsight: the move by R at the end.
-        passive: which coordinates are not given (n_s,). Given coordinates may go any way.
+        moved: change (..., n_s) of all coordinates in the step [rad, m].
+        predicted: the change predicted with R at the start.
+        hindsight: the change predicted with R at the end.
+        passive: mask (n_s,) of coordinates that are not given. Given ones are not compared.
     """
     size = np.abs(predicted).max(axis=-1, initial=0.0, where=passive)
     with np.errstate(invalid="ignore"):

@@ -1,4 +1,4 @@
-"""From the status of a state that has no answer to an error: the loop, the value, its range."""
+"""The error for a state that failed: its loop, the value, and the range of that value."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def raise_for_status(
     codes: Codes,
     distances: Array,
 ) -> None:
-    """Raise the error of the first state that has no answer.
+    """Raise the error of the first state that failed; return if all are closed.
 
     Args:
-        model: what was closed.
+        model: tree and closure plan.
         u: given coordinates (n,) or (N, n) [rad, m].
         signs: branch signs (blocks,) or (N, blocks).
         codes: status codes () or (N,).
@@ -36,7 +36,7 @@ def raise_for_status(
 
     Raises:
         ClosureError: a loop cannot close.
-        SingularityError: a loop is singular, or the way there leaves its assembly mode.
+        SingularityError: a loop is singular, or the motion leaves its assembly mode.
         InputError: the result is not finite.
     """
     if not codes.any():
@@ -65,8 +65,8 @@ def error_for(
     """The error for one state.
 
     Args:
-        outcome: what became of the state.
-        model: what was closed.
+        outcome: status of the state.
+        model: tree and closure plan.
         u: given coordinates (n,) [rad, m].
         signs: branch signs (blocks,).
         distance: distance of the block to a singularity, from 0 to 1.
@@ -102,7 +102,7 @@ def _inconsistent(model: Model, u: Array, signs: Array, index: int | None) -> Cl
 
 
 def _misfit(model: Model, u: Array, signs: Array) -> str:
-    """By how much the worst of the redundant equations misses, where no iteration decides."""
+    """The largest residual of the redundant equations, as text; empty after an iteration."""
     plan = model.plan
     if any(block.iterates for block in plan.blocks):
         return ""
@@ -116,7 +116,7 @@ def _misfit(model: Model, u: Array, signs: Array) -> str:
 
 
 def _half_turn(last: BlockSolver, index: int | None) -> ClosureError:
-    """The error for equations that hold with frames facing opposite ways."""
+    """The error for equations that hold only with one frame turned by half a turn."""
     problem = (
         "the loops close only with a frame turned half round; the configuration belongs to no"
         " assembly"
@@ -133,7 +133,7 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
 
 
 def _jump(model: Model, index: int | None) -> SingularityError:
-    """The error for a motion that has no smooth way on."""
+    """The error for a motion that cannot be continued without a jump."""
     loops: list[str] = []
     for block in model.plan.blocks:
         loops += block.loops
@@ -153,7 +153,7 @@ def _unreachable(
     values = dict(zip(model.plan.given, u.tolist(), strict=True))
     texts = {k: _value_text(model, k, values[k]) for k in inputs}
     place = ", ".join(texts.values())
-    # an iteration knows no range
+    # an iteration gives no range of values
     if block.iterates:
         problem = (
             f"loop '{block.name}' cannot close at {place}: no closed configuration was found on the"
@@ -186,16 +186,16 @@ def _out_of_range(
     """The error for a coordinate outside of the range in which the mechanism closes.
 
     Args:
-        model: what was closed.
-        block: the block that is open.
-        moved: the coordinate and its value [rad or m].
+        model: tree and closure plan.
+        block: the block that does not close.
+        moved: the coordinate, and its value [rad or m].
         others: the other given coordinates that the block depends on, as text.
         allowed: the range [rad or m].
         index: row of the state in its batch.
     """
     coordinate, value = moved
     lower, upper = allowed
-    # the loop closes on both sides of the value: two modes meet here
+    # the loop closes on both sides of the value: two modes meet at it
     if lower - EDGE < value < upper + EDGE:
         return _singular(block.name, 0.0, index)
     name, unit = model.tree.coordinates[coordinate], model.tree.unit(coordinate)
@@ -217,9 +217,9 @@ def _narrower_limits(
     coordinate: int,
     allowed: tuple[float, float],
 ) -> str:
-    """The limits of a coordinate, where they leave less than the loop does.
+    """The limits of a coordinate, if they are narrower than the range in which the loop closes.
 
-    They are its own, narrowed by those of the joints that follow it alone.
+    Joints that follow this coordinate alone narrow its limits by theirs.
     """
     tree = model.tree
     lower, upper = next(body.limits for body in tree.bodies if body.coordinate == coordinate)

@@ -16,15 +16,14 @@ from ..mechanism.configuration import Configuration, given_configuration
 from ..programs import Model
 from .assembly_modes import NUMBERED, SAME, Completeness, branch_names
 
-# of a block closed by iteration: the first starts, several for each of the modes that a platform
-# can have (40 for a Gough platform)
+# first number of starts: several for each of the 40 modes that a Gough platform can have
 STARTS = 600
-MOST_STARTS = 9600  # the number is doubled until then
-ENOUGH = 3  # times that each solution is reached where the search counts as exhaustive
+MOST_STARTS = 9600  # the number is doubled up to this
+ENOUGH = 3  # a search counts as exhaustive if every solution was reached so often
 
 
 class ModeSolution(NamedTuple):
-    """One way in which the loops close, as numbers.
+    """One assembly mode of the whole robot, as numbers.
 
     Attributes:
         signs: branch sign of each block, +1 or -1, then the charts of ball and free joints.
@@ -38,7 +37,7 @@ class ModeSolution(NamedTuple):
 
 
 class BlockSolution(NamedTuple):
-    """One way in which a block closes: its branch sign, its mode, and the configuration with it."""
+    """One solution of a block: its branch sign, its mode, and the configuration with it."""
 
     sign: float
     mode: str
@@ -46,12 +45,12 @@ class BlockSolution(NamedTuple):
 
 
 class Reached(NamedTuple):
-    """What a search from many starts came to.
+    """Result of a search from many starts.
 
     Attributes:
         solutions: the distinct ones (modes, unknowns) [rad, m].
         counts: how often each was reached (modes,).
-        starts: how many there were.
+        starts: number of starts.
     """
 
     solutions: Array
@@ -65,12 +64,13 @@ class Reached(NamedTuple):
 
 
 class ModeSearch:
-    """Lists every way to close at u.
+    """Lists the assembly modes at u.
 
     Args:
         model: tree and closure plan.
         u: given coordinates (n,) [rad, m].
-        signs: of blocks whose mode is not looked for, then the charts of ball and free joints.
+        signs: branch signs of the blocks that are not searched, then the charts of ball and free
+            joints.
         start: all coordinates (n_s,) where iterations start [rad, m].
     """
 
@@ -85,7 +85,7 @@ class ModeSearch:
         self.solutions = list(self._extended(before, []))
 
     def verdict(self) -> tuple[Completeness, str]:
-        """Whether the solutions are all, and why."""
+        """Whether the list is complete, and the reason."""
         if not self._evidence:
             return Completeness.PROVEN, "every loop has a closed form, which has no other solution"
         loop, least = min(self._evidence.items(), key=_least_count)
@@ -118,7 +118,7 @@ class ModeSearch:
     def _solutions(
         self, block: BlockSolver, configuration: Configuration, sign: float
     ) -> Iterator[BlockSolution]:
-        """Every way in which a block closes; `sign` is for a block whose mode is not looked for."""
+        """All solutions of a block; a block that is not searched has the one on `sign`."""
         if block.iterates:
             yield from self._numbered_solutions(block, configuration)
             return
@@ -150,7 +150,7 @@ class ModeSearch:
             yield BlockSolution(1.0, mode, trial)
 
     def _searched(self, block: BlockSolver, configuration: Configuration) -> Reached:
-        """Solutions from more and more starts, until each was reached often."""
+        """Search from more and more starts until each solution was reached often enough."""
         count = STARTS
         reached = self._from_starts(block, configuration, count)
         while not reached.is_exhaustive and count < MOST_STARTS:
@@ -205,7 +205,7 @@ def _starts(
     guess: Sequence[float],
     count: int,
 ) -> list[Array]:
-    """Where iterations start: for every coordinate its values, the guess first."""
+    """Start values of the iterations, one array a coordinate; the guess comes first."""
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
 
     length = max(equation.loop.length for equation in block.equations)
@@ -223,9 +223,9 @@ def _starts(
 def _fingerprints(
     model: Model, block: BlockSolver, configuration: Configuration, answers: Array
 ) -> Array:
-    """Where the block's loops put their links, a row for each row of unknowns.
+    """Poses of the links in the block's loops, one row for each row of unknowns.
 
-    Rows are equal for two sets of angles that mean the same configuration.
+    Two sets of angles that mean the same configuration have equal rows.
     """
     trials = _with_unknowns(model, block, configuration, answers.T)
     rows = len(answers)
@@ -239,7 +239,7 @@ def _fingerprints(
 def _with_unknowns(
     model: Model, block: BlockSolver, configuration: Configuration, x: Array
 ) -> Configuration:
-    """The configuration with the unknowns of a block set: a number or an array for each."""
+    """A copy of the configuration in which the unknowns of a block are set to x."""
     result = configuration.copy()
     for k, value in zip(block.unknowns, x, strict=True):
         result.set_value(k, value, revolute=model.tree.is_revolute(k))
@@ -247,7 +247,7 @@ def _with_unknowns(
 
 
 def _wrapped(model: Model, block: BlockSolver, difference: Array) -> Array:
-    """A difference of the unknowns, without whole turns of angles that may turn."""
+    """A difference of the unknowns, reduced by whole turns where angles are free to turn."""
     counted = block.counted_turns
     may_turn = [model.tree.is_revolute(k) and k not in counted for k in block.unknowns]
     wrapped = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi

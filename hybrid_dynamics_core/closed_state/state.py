@@ -1,4 +1,4 @@
-"""The proof that the loops are closed.
+"""`ClosedState`: its type proves that the loops are closed.
 
 Everything after closure takes a ClosedState, never a raw vector.
 """
@@ -19,7 +19,7 @@ from ..ground.arrays import Array, Picklable
 from ..kernels.run import Codes
 from ..programs import OutcomeKind, kinds
 
-_BELOW_ALL: Final = -1.0  # no distance: those of loops are in [0, 1]
+_BELOW_ALL: Final = -1.0  # in place of NaN; distances of loops are in [0, 1]
 # fields with a row for each state of a batch
 _COLUMNS: Final = (
     "u",
@@ -59,18 +59,17 @@ class ClosedState(Picklable):
         residual: largest error of the loop equations, in lengths of the loop (dimensionless) or
             radians.
         branch: assembly mode of each loop by name.
-        signs: branch sign of each block of the closure plan, +1 or -1. (blocks,) where all rows
-            have the same, else (N, blocks).
+        signs: branch sign of each block of the closure plan, +1 or -1; (blocks,) if they are the
+            same for all rows, else (N, blocks).
         loops: names of the loops.
         distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
             2 abs(det J_z) / norm(J_z)^2 with J_z made dimensionless.
-        status: ClosureStatus, an int array (N,) for a batch. Only `close(..., check=False)` returns
-            others than OK.
+        status: a ClosureStatus, or an int array (N,) for a batch. Only `close(..., check=False)`
+            returns states that are not OK.
         iterations: of the closure; 0 where every loop has a closed form. (N,) for a batch.
-        dds: accelerations of all coordinates (n_s,) where they were given (`close_given`), else
-            None.
-        passive_angles: place in s, and value at the robot's reference [rad], of each passive
-            revolute joint by name; `turns` counts from there.
+        dds: accelerations of all coordinates (n_s,) after `close_given`, else None.
+        passive_angles: index in s and value at the reference [rad] of each passive revolute joint,
+            by name. `turns` counts from that value.
     """
 
     u: Array
@@ -94,7 +93,7 @@ class ClosedState(Picklable):
             array.flags.writeable = False
 
     def __repr__(self) -> str:
-        """Coordinates and rates, or their shapes for a batch; the worst evidence of all rows."""
+        """Coordinates, rates and residual; of a batch their shapes, and the worst residual."""
         parts = [f"{name}={_text(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
         residual = np.max(self.residual, initial=0.0)
         singularity = np.min(self.singularity, initial=1.0)
@@ -130,8 +129,8 @@ class ClosedState(Picklable):
     def turns(self) -> Mapping[str, int | NDArray[np.int64]]:
         """Whole turns of each passive revolute joint by name, away from the robot's reference.
 
-        Where `close` had no state to come from, it takes the angles nearest to the reference's:
-        all turns are 0. A spring, a limit or a joint that follows sees the angle with its turns.
+        Without `near`, `close` takes the angles nearest to the reference's: all turns are 0.
+        Springs, limits and joints that follow count the angle with its turns.
 
         For a batch each count is an array (N,), with 0 in rows that did not close.
         """
@@ -160,7 +159,7 @@ class ClosedState(Picklable):
             return self._nearest_loop()
         if not self.loops:
             return [""] * len(self.u)
-        # the distance of a loop that does not close is NaN: such a loop comes first
+        # the distance of a loop that does not close is NaN: that loop comes first
         distances = np.nan_to_num(self.distances, nan=_BELOW_ALL)
         nearest = np.argmin(distances, axis=-1)
         return [self.loops[int(k)] for k in nearest]
@@ -205,7 +204,7 @@ class ClosedState(Picklable):
     def joined(states: Sequence[ClosedState]) -> ClosedState:
         """One batch of states and batches of one robot, in their order.
 
-        Its `branch` is that of the last one. It has `dds` if all of them have.
+        Its `branch` is that of the last state. It has `dds` if all states have.
         """
         columns = [_columns(state) for state in states]
         parts: dict[str, Any] = {"dds": None}
@@ -219,7 +218,7 @@ class ClosedState(Picklable):
 
 
 def _text(values: Array) -> str:
-    """Values of one state, the shape of those of a batch."""
+    """The values of one state as text, or the shape of a batch."""
     if values.ndim > 1:
         return str(values.shape)
     # without negative zeros
@@ -228,7 +227,7 @@ def _text(values: Array) -> str:
 
 
 def _columns(state: ClosedState) -> dict[str, Any]:
-    """What may differ from row to row of a batch, each with a leading N."""
+    """The fields of a batch that differ from row to row, each with a leading N."""
     rows = np.atleast_2d(state.u).shape[0]
     columns: dict[str, Any] = {}
     for name in _COLUMNS:
@@ -247,7 +246,7 @@ def _columns(state: ClosedState) -> dict[str, Any]:
 def closure_statuses(codes: Codes) -> NDArray[np.int64]:
     """The `ClosureStatus` of each status code, as an integer array of the same shape.
 
-    A state that lies on no smooth way, or has no finite result, counts as singular.
+    A state behind a jump, or without a finite result, counts as singular.
     """
     outcome = kinds(codes)
     # up to SINGULAR both enumerations have the same numbers
@@ -259,11 +258,11 @@ def settle(
     values: Mapping[str, Array],
     codes: Codes,
 ) -> None:
-    """Make results NaN in the rows of a state that did not close.
+    """Set results to NaN in the rows of a state that did not close.
 
     Args:
         state: closed state or batch.
-        values: what was computed for it, by name.
+        values: results by name; changed in place.
         codes: status codes of the computation, () or (N,).
 
     Raises:

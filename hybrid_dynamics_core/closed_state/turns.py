@@ -1,4 +1,4 @@
-"""Whole turns of passive angles: none without a history, and no jump along a motion."""
+"""Whole turns of passive angles: zero for a single state, without a jump along a motion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class FreeTurns:
         self._given_free = _given_free(model)
 
     def nearest(self, s: Array, near: Array) -> Array:
-        """The same places with each free angle within half a turn of another.
+        """The same configurations, with each free angle within half a turn of a given one.
 
         Args:
             s: coordinates (..., n_s) [rad, m].
@@ -33,7 +33,7 @@ class FreeTurns:
         return np.where(self._free, with_turns(s, near), s)
 
     def nearest_given(self, u: Array, near: Array) -> Array:
-        """Given coordinates with angles that no equation counts within half a turn of others.
+        """Given coordinates, with each free angle within half a turn of another one.
 
         Args:
             u: given coordinates (..., n) [rad, m].
@@ -42,7 +42,7 @@ class FreeTurns:
         return np.where(self._given_free, with_turns(u, near), u)
 
     def along(self, s: Array, start: Array) -> Array:
-        """The same places as one motion: each row is nearest to the row before.
+        """The same configurations as one motion: each row is nearest to the row before.
 
         Args:
             s: coordinates (N, n_s) [rad, m].
@@ -60,14 +60,14 @@ def _free(model: Model) -> Mask:
     for block in model.plan.blocks:
         counted = block.counted_turns
         if not block.iterates:
-            # what it follows is free, its own angle is not
+            # the angle that it follows is free, its own is not
             counted = counted & frozenset(block.unknowns)
         free[list(counted)] = False
     return free
 
 
 def _given_free(model: Model) -> Mask:
-    """Given angles whose whole turns lead to the same places: none where a gear counts any turn."""
+    """Mask of the given angles whose whole turns change nothing; none where a gear counts turns."""
     counts = any(block.counted_turns for block in model.plan.blocks)
     free = [model.tree.is_revolute(k) and not counts for k in model.plan.given]
     return np.array(free, dtype=bool)

@@ -24,17 +24,18 @@ def choose_branch(
     """Choose the branch sign of a block and solve the block at the reference.
 
     Args:
-        robot: its description, for what errors say.
+        robot: its description, for error texts.
         block: the block.
-        context: the robot's tree, closures and the values its reference gives.
-        configuration: the reference before the block. It holds the unknowns afterwards.
+        context: tree, closures and reference of the robot.
+        configuration: the reference, with all coordinates before the block set. Its unknowns are
+            set on return.
         guess: where iterations start, all coordinates s (n_s,) [rad, m].
 
     Returns:
         The branch sign, +1 or -1.
 
     Raises:
-        UndecidedModeError: the loop closes in several ways and nothing says which is meant.
+        UndecidedModeError: the loop closes in several modes, and the file names none.
         DescriptionError: the loop has no such mode, is singular or does not close.
     """
     start = _start_of(block, context, guess)
@@ -52,7 +53,7 @@ def choose_branch(
 
 
 def _start_of(block: BlockSolver, context: Context, guess: Sequence[float]) -> Sequence[float]:
-    """Where a block starts: a closed form at the file's values, so that their turns are kept."""
+    """The start of a block; of a closed form the file's values, which keeps their whole turns."""
     if block.iterates:
         return guess
     result = list(guess)
@@ -64,7 +65,7 @@ def _start_of(block: BlockSolver, context: Context, guess: Sequence[float]) -> S
 def _solve_margin(
     block: BlockSolver, configuration: Configuration, sign: float, guess: Sequence[float]
 ) -> float:
-    """Solve a block into the configuration; its margin, NaN where it has none."""
+    """Solve a block, set its unknowns in the configuration, and return the margin or NaN."""
     try:
         return float(block.solve(configuration, sign, guess))
     except ZeroDivisionError:  # a pin exactly on a pivot
@@ -78,7 +79,7 @@ def _distance(
     start: Sequence[float],
     wanted: Mapping[int, float],
 ) -> float:
-    """Distance of a solution to the coordinates that are wanted; inf where there is none."""
+    """Distance from a solution to the coordinates `wanted`; inf if there is no solution."""
     if not _solve_margin(block, configuration, sign, start) > 0.0:
         return math.inf
     return sum(abs(float(configuration.q[k]) - value) for k, value in wanted.items())
@@ -87,7 +88,7 @@ def _distance(
 def _open_problem(
     block: BlockSolver, context: Context, configuration: Configuration, guess: Sequence[float]
 ) -> str:
-    """What is wrong with a block that has no solution at the reference."""
+    """Error text for a block that has no solution at the reference."""
     if _is_closed(block, context, guess):
         return (
             "is singular at the reference configuration: what is given does not hold it there;"
@@ -136,7 +137,7 @@ def _require_decided(
     configuration: Configuration,
     guess: Sequence[float],
 ) -> None:
-    """Raise where a loop closes in some modes, with the joints of each."""
+    """Raise if a loop closes in several modes; the error gives the joint values of each."""
     tree = context.tree
     ways: dict[str, str] = {}
     for sign, mode in zip(block.signs, block.modes, strict=True):

@@ -20,7 +20,7 @@ class SolvedBlock:
     """A block of the plan at a closed configuration: its equations, linear in the rates.
 
     Attributes:
-        solver: what solved it.
+        solver: the block solver.
         margin: the margin that the solver gave.
         rows: rows of J_s of its equations.
         jacobian: its part of J_z, (equations, unknowns).
@@ -39,11 +39,11 @@ class SolvedBlock:
         return self.solver.equations
 
     def complete(self, values: list[Scalar], bias: Scalars) -> None:
-        """Fill in the rates (or accelerations) of the unknowns from those before.
+        """Compute rates (or accelerations) of the unknowns from those of the coordinates before.
 
         Args:
-            values: rates of all coordinates (n_s,).
-            bias: what the equations have besides J_s times the values, one each.
+            values: rates of all coordinates (n_s,); those of the unknowns are set.
+            bias: terms of the equations besides J_s times the values, one for each equation.
         """
         rhs: list[Scalar] = []
         for row, term in zip(self.rows, bias, strict=True):
@@ -57,7 +57,7 @@ class SolvedBlock:
             values[k] = value
 
     def project(self, forces: list[Scalar]) -> list[Scalar]:
-        """Move the forces along the unknowns to the coordinates before.
+        """Project the forces along the unknowns onto the coordinates before.
 
         Args:
             forces: along all coordinates (n_s,). Those before the block are changed.
@@ -76,7 +76,8 @@ class SolvedBlock:
     def distance(self, tree: Tree) -> Scalar:
         """Distance to a singularity: 1 at best, 0 where the Jacobian is singular.
 
-        A displacement counts in lengths of the loop, so the size of the robot does not matter.
+        Displacements are divided by the loop's length, so the result does not depend on the robot's
+        size.
         """
         if len(self.jacobian) == 1 and not self.solver.iterates:
             return sqrt(self.margin)
@@ -100,7 +101,7 @@ class ClosedMotion:
         blocks: the blocks of the plan, solved.
         residuals: of all equations, in lengths of their loops.
         guards: scalars that must be positive.
-        surplus: residuals of the equations that follow from the others.
+        surplus: residuals of the redundant equations.
     """
 
     def __init__(

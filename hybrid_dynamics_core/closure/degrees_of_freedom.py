@@ -1,4 +1,4 @@
-"""Whether the given coordinates fit the loops: by count where that is enough, otherwise by rank."""
+"""Whether the given coordinates fit the loops: by structure if that decides, otherwise by rank."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def independent_equations(
     near: Mapping[int, float],
     unknowns: Sequence[int],
 ) -> tuple[list[Equation], list[Equation]]:
-    """The equations to solve, and those that follow from them.
+    """The independent equations, and the redundant ones.
 
     Args:
         tree: the spanning tree.
         robot: its description.
         loops: all equations.
-        near: where the loops close, by coordinate [rad or m].
+        near: a configuration near which the loops close, by coordinate [rad or m].
         unknowns: the coordinates that are not given.
 
     Raises:
@@ -60,7 +60,7 @@ def independent_equations(
 def require_determined(
     tree: Tree, robot: RobotDescription, matching: Matching, equations: int, unknowns: int
 ) -> None:
-    """Raise where the number of given coordinates is right, but not which they are.
+    """Raise if the number of given coordinates is right, but the choice is wrong.
 
     Args:
         tree: the spanning tree.
@@ -85,7 +85,7 @@ def require_determined(
 def _require_movable(
     tree: Tree, robot: RobotDescription, ranked: Ranked, unknowns: Sequence[int]
 ) -> None:
-    """Raise where the loops do not close, or only in one configuration."""
+    """Raise if the loops do not close, or close in one configuration only."""
     worst = max(ranked.residual, key=lambda name: ranked.residual[name])
     gap = describe_gap(tree, robot, worst, configuration_at(tree, ranked.closest))
     share = f"{ranked.residual[worst]:.2g} of the loop's length"
@@ -107,7 +107,7 @@ def _require_movable(
 
 
 def _misfit(tree: Tree, robot: RobotDescription, ranked: Ranked) -> str:
-    """By how much a loop misses: numbers that do not fit make equations independent."""
+    """Text on the largest residual: inexact lengths make redundant equations independent."""
     worst = max(ranked.residual, key=lambda name: ranked.residual[name])
     residual = ranked.residual[worst]
     if residual <= CLOSED_NEARBY:
@@ -121,7 +121,7 @@ def _misfit(tree: Tree, robot: RobotDescription, ranked: Ranked) -> str:
 
 
 def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] = ()) -> str:
-    """What is wrong with the number of active joints; `free`: candidates for those that miss."""
+    """Error text for a wrong number of active joints; `free` are candidates to be added."""
     joints = len(tree.coordinates)
     freedom = joints - equations
     independent = counted(equations, "independent loop equation")
@@ -141,7 +141,7 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] 
 
 
 def _untied_links(robot: RobotDescription) -> str:
-    """Links that carry nothing and that no loop ties: one may belong to a forgotten loop."""
+    """Text on links at the end of a chain without a closure, where one may be missing."""
     tied = {joint.parent for joint in robot.joints.values()}
     tied |= {frame.link for frame in robot.frames.values()}
     for closure in robot.closures:

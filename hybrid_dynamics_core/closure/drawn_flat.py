@@ -1,4 +1,4 @@
-"""Parallelograms that a file draws flat, where they could fold the other way as well."""
+"""Parallelograms that a file draws with all pivots in line, at their change point."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ FLAT = 1e-6  # share of the larger motion of a pin below which it moves along on
 
 
 def with_parallelograms(tree: Tree, robot: RobotDescription, s: Array) -> RobotDescription:
-    """The description with assembly: parallelogram for those that it draws flat.
+    """The description with `assembly: parallelogram` for each parallelogram that is drawn flat.
 
-    In a flat parallelogram all pivots are in one line: a change point, from which it also folds
-    into an antiparallelogram. Who draws one and names no assembly mode means the parallelogram.
+    Flat means that all pivots are in one line. This is a change point, from which the loop may also
+    go over into an antiparallelogram. A file that names no assembly mode means the parallelogram.
 
     Args:
         tree: the spanning tree.

@@ -1,4 +1,4 @@
-"""How far a given coordinate may go before a joint that follows it alone meets its limit."""
+"""The range of a given coordinate in which the joints that follow it stay within their limits."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from .toggle_range import Range, given_inputs, searched_half
 Flags = NDArray[np.bool_]
 EVERYWHERE = (-math.inf, math.inf)
 _SAMPLES = 2000  # to either side
-_PARTS = 32  # into which an interval that holds an end is divided
-_ROUNDS = 11  # of divisions, until an end is exact to rounding
+_PARTS = 32  # pieces into which an interval around an end is divided
+_ROUNDS = 11  # divisions until an end is exact to rounding
 
 
 def limited_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
-    """The range of a given coordinate that the limits of the joints behind it leave.
+    """The range of a given coordinate that the limits of dependent joints allow.
 
-    Only joints that depend on no other given coordinate count: their limits end the range whatever
-    the other coordinates are. Angles are followed from the reference, and count whole turns.
+    Only joints that depend on no other given coordinate count. Angles are followed from the
+    reference, with whole turns.
 
     Args:
         tree: the spanning tree.
@@ -37,7 +37,8 @@ def limited_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
         k: the given coordinate.
 
     Returns:
-        Its ends [rad or m]; infinite where no joint meets a limit, or an iteration decides where.
+        Lower and upper end [rad or m]; infinite if no joint meets a limit, or only an iteration
+        could find it.
     """
     search = LimitSearch(tree, plan, k)
     if not search.limits:
@@ -46,7 +47,7 @@ def limited_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
 
 
 class LimitSearch:
-    """What joints do as one given coordinate moves and they follow.
+    """Follows the joints that depend on one given coordinate while it moves.
 
     Args:
         tree: the spanning tree.
@@ -66,20 +67,20 @@ class LimitSearch:
         moved = {k}
         for block, _ in self._solved:
             moved.update(block.unknowns)
-        # what does not move stays where the reference has it
+        # joints that do not move stay at the reference
         self._still: dict[int, Scalar] = {}
         for coordinate, value in enumerate(self._reference):
             if coordinate not in moved:
                 self._still[coordinate] = value
         self.limits: dict[int, Range] = {}
         for block, _ in self._solved:
-            # those of a plain follower are exact without a search
+            # limits of a joint that follows by a coupling are exact without a search
             if isinstance(block, JointCouplingBlock) and block.inputs == [k]:
                 continue
             self.limits |= self._limits_of(block.unknowns)
 
     def _limits_of(self, coordinates: Sequence[int]) -> dict[int, Range]:
-        """Limits that the reference obeys; one that it meets but for rounding is put there."""
+        """Limits of some coordinates, widened to the reference where it passes them by rounding."""
         limits: dict[int, Range] = {}
         for body in self._tree.bodies:
             if body.coordinate not in coordinates or body.limits == EVERYWHERE:
@@ -91,7 +92,7 @@ class LimitSearch:
         return limits
 
     def end(self, way: int) -> float:
-        """Where the first limit is met in one direction (-1 or +1) [rad or m]."""
+        """The value [rad or m] at which the first limit is met, in one direction (-1 or +1)."""
         good, s = self._reference[self._k], self._reference
         bad = good + way * searched_half(self._tree, self._plan, self._k)
         points = np.linspace(good, bad, _SAMPLES + 1)[1:]
@@ -140,7 +141,7 @@ class LimitSearch:
     def _count_turns(
         self, configuration: Configuration, block: BlockSolver, start: Sequence[float]
     ) -> None:
-        """Put whole turns to the angles of a block, so that none of them jumps."""
+        """Add whole turns to the angles of a block, so that none of them jumps."""
         for unknown in block.unknowns:
             if self._tree.is_revolute(unknown):
                 angles = np.append(start[unknown], configuration.q[unknown])
@@ -150,7 +151,7 @@ class LimitSearch:
 def _blocks_behind(plan: ClosurePlan, k: int) -> list[tuple[BlockSolver, float]]:
     """Blocks that depend on one given coordinate alone and do not iterate, with their signs."""
     solved: list[tuple[BlockSolver, float]] = []
-    unknown: set[int] = set()  # what iterations give
+    unknown: set[int] = set()  # results of iterations
     for block, sign in zip(plan.blocks, plan.branch, strict=True):
         if given_inputs(plan, block) != [k]:
             continue

@@ -1,4 +1,4 @@
-"""How far a loop that does not close stays open [m, rad]: what an error can say of its geometry."""
+"""The gap [m, rad] of a loop that does not close, for error texts."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .blocks.block_solver import BlockSolver
 from .constraints.spatial import Chain, closure_chains
 
 STARTS = 24  # of the search for the nearest approach
-OPEN = 1e-6  # of the longest length: a smaller gap is none
-UNLIKE = 100.0  # lengths of one loop this far apart are hardly in one unit
+OPEN = 1e-6  # share of the longest length: a smaller gap counts as closed
+UNLIKE = 100.0  # ratio of lengths in one loop that suggests different units
 NEGLIGIBLE = 1e-10  # [m or rad] a smaller gap of a closure is not mentioned
 
 ChainPair = tuple[Chain, Chain]
@@ -26,10 +26,9 @@ ChainPair = tuple[Chain, Chain]
 def describe_gap(
     tree: Tree, robot: RobotDescription, loop: str, configuration: Configuration
 ) -> str:
-    """Which ends of a closure stay how far apart, or how far a follower is off.
+    """Text on how far the ends of a closure are apart, or how far a follower is off.
 
-    Beside the points [m], of axes the angle between them and of frames that of the turn between
-    them [rad].
+    It gives the distance of the points [m], and the angle between axes or frames [rad].
 
     Args:
         tree: the spanning tree.
@@ -81,7 +80,7 @@ def describe_least_gap(
     block: BlockSolver,
     configuration: Configuration,
 ) -> str:
-    """How near the points of a block come at best, at which values, and what its lengths look like.
+    """Text on the smallest gap of a block, the coordinates there, and lengths that look wrong.
 
     Args:
         tree: the spanning tree.
@@ -90,7 +89,7 @@ def describe_least_gap(
         configuration: the coordinates before the block, floats.
 
     Returns:
-        Such as 'open by 0.1 m at best, at motor = 1 rad'; empty where the points do meet.
+        A text such as 'open by 0.1 m at best, at motor = 1 rad'; empty if the points can meet.
     """
     pairs = [closure_chains(tree, closures[name]) for name in block.loops if name in closures]
     if not pairs:
@@ -116,14 +115,14 @@ def _least_gap(
     configuration: Configuration,
     length: float,
 ) -> float:
-    """The farthest that two points stay apart [m] where all pairs together come nearest.
+    """The largest distance of two points [m] where the sum of squared distances is least.
 
-    It is searched for from several starts.
+    The minimum is searched from several starts.
     """
     free = _free_coordinates(pairs, block, configuration)
     if not free:
         return 0.0
-    # slow to import, and only errors need it
+    # imported late: it is slow, and only errors need it
     from scipy.optimize import least_squares  # noqa: PLC0415
 
     gaps = _gaps_as_function(tree, pairs, configuration, free)
@@ -140,7 +139,7 @@ def _least_gap(
 def _free_coordinates(
     pairs: Sequence[ChainPair], block: BlockSolver, configuration: Configuration
 ) -> list[int]:
-    """Coordinates of the chains that the block solves for, or that nothing has set yet."""
+    """Coordinates of the chains that the block solves, or that are not set yet."""
     involved: set[int] = set()
     for a, b in pairs:
         involved |= a.coordinates | b.coordinates
@@ -167,7 +166,7 @@ def _gaps_as_function(
 def _lengths(
     pairs: Sequence[ChainPair], configuration: Configuration, block: BlockSolver
 ) -> list[float]:
-    """Lengths [m] of which the loops are made: between joints, to the pins, and given strokes."""
+    """Lengths [m] in the loops: between joints, to the pins, and given strokes."""
     lengths: list[float] = []
     for pair in pairs:
         for chain in pair:

@@ -1,4 +1,4 @@
-"""Lengths that make loop equations dimensionless, of the mechanism and not of its frames."""
+"""Lengths that make loop equations dimensionless; they do not depend on the choice of frames."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ NO_LENGTH = 1e-9  # share of the longest loop below which an extent is rounding
 
 
 def measure(loops: Sequence[LoopEquations], configuration: Configuration) -> None:
-    """Give each loop its extent as length; one that has none, the longest extent of all.
+    """Set the length of each loop to its extent, or to the longest extent if it has none.
 
     Args:
         loops: the loops of a mechanism.

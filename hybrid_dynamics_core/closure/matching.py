@@ -1,6 +1,6 @@
 """Which equation determines which unknown, and in which order: a block-triangular form.
 
-Structure alone counts: which coordinate can occur in which equation.
+Only the structure is used: which coordinate can occur in which equation.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ Rows = list[list[int]]  # of each equation, columns or other rows
 
 
 class EquationBlock(NamedTuple):
-    """Equations that determine as many unknowns together, given the blocks before."""
+    """Equations that together determine as many unknowns, given the blocks before."""
 
     equations: tuple[Equation, ...]
     unknowns: tuple[int, ...]
@@ -25,8 +25,8 @@ class Matching(NamedTuple):
 
     Attributes:
         blocks: blocks in solving order, where every equation and every unknown has its match.
-        undetermined: unknowns that no equation remains for.
-        surplus: equations that no unknown remains for.
+        undetermined: unknowns without an equation.
+        surplus: equations without an unknown.
     """
 
     blocks: list[EquationBlock]
@@ -45,7 +45,7 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     if surplus or undetermined:
         return Matching([], [unknowns[k] for k in undetermined], surplus)
     row_of = {column: row for row, column in matched.items()}
-    # an equation needs those that the other unknowns in it are matched to
+    # an equation depends on the equations that its other unknowns are matched to
     depends = [[row_of[column] for column in columns] for columns in incidence]
     blocks: list[EquationBlock] = []
     for rows in _ordered(depends):
@@ -56,7 +56,7 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
 
 
 def _incidence(equations: Sequence[Equation], unknowns: Sequence[int]) -> Rows:
-    """Of each equation, the columns of the unknowns that it can depend on."""
+    """For each equation, the columns of the unknowns that it can depend on."""
     column = {coordinate: k for k, coordinate in enumerate(unknowns)}
     incidence: Rows = []
     for equation in equations:
@@ -65,9 +65,9 @@ def _incidence(equations: Sequence[Equation], unknowns: Sequence[int]) -> Rows:
 
 
 def _maximum(incidence: Rows) -> dict[int, int]:
-    """As many rows as possible, each with a column of its own; early rows come first.
+    """A maximum matching of rows to columns (Kuhn's algorithm); earlier rows are preferred.
 
-    A library of graphs would take longer to import than most programs take to run.
+    A graph library would take longer to import than most programs take to run.
     """
     matched: dict[int, int] = {}
     row_of: dict[int, int] = {}
@@ -96,7 +96,7 @@ def _match_one_more(
 def _flip(
     column: int, reached_from: dict[int, int], matched: dict[int, int], row_of: dict[int, int]
 ) -> None:
-    """Each row on the way to a free column takes the column that it was reached by."""
+    """Match each row along the path to the next column of the path."""
     free: int | None = column
     while free is not None:
         row = reached_from[free]
@@ -107,9 +107,9 @@ def _flip(
 
 
 def _undetermined(incidence: Rows, matched: dict[int, int], size: int) -> list[int]:
-    """Columns without an equation, and all that could be without one instead.
+    """Columns without an equation, and those that could be without one in their place.
 
-    They are on alternating paths from one another.
+    Alternating paths connect them.
     """
     has_equation = set(matched.values())
     columns = [c for c in range(size) if c not in has_equation]
@@ -121,7 +121,7 @@ def _undetermined(incidence: Rows, matched: dict[int, int], size: int) -> list[i
 
 
 def _ordered(depends: Rows) -> Rows:
-    """Rows of each block, such that each block needs only earlier ones; as given among equals."""
+    """The rows of each block, in an order in which each block depends on earlier ones only."""
     needs = [_reached(depends, row) for row in range(len(depends))]
     waiting: Rows = []
     for row, reached in enumerate(needs):
@@ -139,7 +139,7 @@ def _ordered(depends: Rows) -> Rows:
 
 
 def _reached(depends: Rows, start: int) -> set[int]:
-    """The rows that a row needs, directly or through others, itself among them."""
+    """All rows that a row depends on, directly or through others, and the row itself."""
     reached = {start}
     waiting = [start]
     for row in waiting:  # grows while it is walked

@@ -1,8 +1,8 @@
-"""How many independent coordinates a mechanism has, for files that list motors.
+"""The independent coordinates of a mechanism, for files that list motors.
 
-A motor set may be short (a rod that turns about its own axis, a free foot) or redundant. Motors
-that depend on the ones before them become passive. What the motors leave free becomes a further
-independent coordinate, without effort.
+There may be fewer motors than freedoms (a rod that turns about its own axis, a free foot), or more.
+A motor that depends on the ones before it becomes passive. A freedom without a motor becomes a
+further independent coordinate without effort.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from .loop_gap import describe_gap
 from .numeric_closure import CLOSED, gaps_and_jacobian
 from .reference_search import Closed, closed_near, generic_near, is_closed_at, is_singular_for
 
-# share of a coordinate's motion that must not follow from the coordinates chosen before
+# share of a coordinate's motion that must be independent of the coordinates chosen before
 INDEPENDENT = 1e-6
 ZERO = 1e-8  # singular values below this share of the largest count as zero
 TINY = 1e-300
-NOTED = 0.01  # [rad or m] a smaller move from the drawn pose is rounding of the file
+NOTED = 0.01  # [rad or m] smaller changes from the drawn pose come from rounding in the file
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,12 @@ class Mobility:
     """The independent coordinates of a mechanism.
 
     Attributes:
-        active: all of them.
-        idle: those among them that no motor drives.
-        dependent: motors that follow from the others, hence passive.
-        reference: the closed configuration at which this was read, by coordinate [rad or m].
-        description: the robot's, with what was decided for it.
+        active: names of all independent coordinates.
+        idle: names of those that no motor drives.
+        dependent: names of motors that follow from the others, hence passive.
+        reference: the closed configuration of this analysis, by coordinate [rad or m].
+        description: the robot's description, with reference, assembly modes and notes that were
+            added.
     """
 
     active: tuple[str, ...]
@@ -51,7 +52,7 @@ class Mobility:
 
 
 def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
-    """Read the mobility from the null space of J_s at a closed configuration near the reference.
+    """Find the mobility from the null space of J_s at a closed configuration near the reference.
 
     Args:
         tree: the spanning tree.
@@ -86,9 +87,9 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
 def _with_note_of_closing(
     tree: Tree, robot: RobotDescription, start: Sequence[float], s: Array
 ) -> RobotDescription:
-    """The description with a note of where the loops close, which are open as the file draws them.
+    """The description with a note on the joint values that close loops which are drawn open.
 
-    Of joints that come to where a file gives them nothing is said.
+    Joints that end at the values given in the file are not noted.
     """
     places: list[str] = []
     for name, drawn, value in zip(tree.coordinates, start, s.tolist(), strict=True):
@@ -103,7 +104,7 @@ def _with_note_of_closing(
 def _independent_names(
     tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations], s: Array
 ) -> list[str]:
-    """Coordinates that are independent at a configuration: driven ones if they are."""
+    """Independent coordinates at a configuration; driven ones are preferred."""
     names = tree.coordinates
     _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
     motions = _null_space(jacobian)
@@ -115,10 +116,10 @@ def _independent_names(
 def _regular(
     tree: Tree, robot: RobotDescription, s: Array, active: Sequence[str]
 ) -> tuple[RobotDescription, Array]:
-    """Description and a closed configuration (n_s,) at which the loops determine all else.
+    """The description, and a closed configuration (n_s,) at which J_z is regular.
 
-    A parallelogram that is drawn flat becomes one by name. Elsewhere the mechanism is moved a
-    little off a change point or a dead centre. Notes say so.
+    A parallelogram that is drawn flat gets its assembly mode by name. Any other mechanism is moved
+    a little off a change point or dead centre. Notes say so.
 
     Args:
         tree: the spanning tree.
@@ -151,14 +152,14 @@ def _regular(
 
 
 def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescription | None:
-    """The description with a reference beside a change point, where the file names none.
+    """The description with a reference near a change point, if the file names no reference.
 
     Args:
         tree: the spanning tree.
         robot: its description, whose active joints are the independent ones.
 
     Returns:
-        The description with a note, None where the pose of the file is not at a change point.
+        The description with a note, or None if the pose of the file is not at a change point.
     """
     if any(name in robot.reference for name in robot.active):
         return None
@@ -199,7 +200,7 @@ def _indices(names: Sequence[str], preferred: Sequence[str]) -> list[int]:
 
 
 def _require_closed(tree: Tree, robot: RobotDescription, closed: Closed) -> None:
-    """Raise for the loop that is most open."""
+    """Raise if a loop is open; the error names the one with the largest gap."""
     if closed.is_closed:
         return
     worst = max(closed.gaps, key=lambda name: closed.gaps[name])
@@ -212,7 +213,7 @@ def _require_closed(tree: Tree, robot: RobotDescription, closed: Closed) -> None
 
 
 def _beyond_limits(robot: RobotDescription, reference: Mapping[str, float]) -> Iterator[str]:
-    """Notes of joints that a reference, which the file did not name, has beyond their limits."""
+    """Notes on joints beyond their limits in a reference that the file does not name."""
     for name, joint in robot.joints.items():
         value = reference[name]
         lower, upper = joint.limits

@@ -1,4 +1,4 @@
-"""Closing all loops together on floats, by Gauss-Newton: what plans and searches begin with.
+"""Closing all loops together on floats, by Gauss-Newton, for plans and searches.
 
 A gap is the value of one equation of a loop, a length in lengths of the loop or an angle in rad. It
 is zero where the loop is closed.
@@ -16,13 +16,13 @@ from ..mechanism.tree import Tree
 from .constraints.equations import LoopEquations, coefficients
 
 CLOSED = 1e-6  # [lengths of the loop, or rad] gap up to which a configuration counts as closed
-ROUNDING = 1e-15  # [lengths of the loop, or rad] gap that is nothing but rounding
+ROUNDING = 1e-15  # [lengths of the loop, or rad] a smaller gap is rounding
 MAX_ITERATIONS = 200
 LARGEST_STEP = 0.3  # [rad or m] of any coordinate in one iteration
 RANK_TOLERANCE = 1e-10  # singular values below this share of the largest count as zero
-SUFFICIENT_DECREASE = 0.9  # an iteration counts if the gap falls below this share of the least
-PATIENCE = 20  # iterations in a row that do not count before the search ends
-PERTURBATION = 0.05  # [rad or m] steps off a configuration where the equations have no value
+SUFFICIENT_DECREASE = 0.9  # it is progress if the gap falls below this share of the least
+PATIENCE = 20  # iterations without such progress before the search ends
+PERTURBATION = 0.05  # [rad or m] steps away from a configuration where the equations are undefined
 TINY = 1e-300  # keeps a division by a step of zero finite
 
 
@@ -32,7 +32,7 @@ def close_numerically(
     start: Sequence[float] | Array,
     unknowns: Sequence[int],
 ) -> tuple[Array, dict[str, float]]:
-    """Close the loops as far as they go, with minimum-norm steps of Gauss-Newton.
+    """Close the loops as far as possible, with minimum-norm steps of Gauss-Newton.
 
     Loops that stay open raise nothing: compare the gaps with CLOSED.
 
@@ -43,11 +43,11 @@ def close_numerically(
         unknowns: the coordinates that may change.
 
     Returns:
-        All coordinates (n_s,) where the largest gap is least, and there the largest gap of each
-        loop by name.
+        All coordinates (n_s,) at the smallest largest gap, and the largest gap of each loop there,
+        by name.
 
     Raises:
-        ZeroDivisionError: the equations had no value wherever the search went.
+        ZeroDivisionError: the equations are undefined wherever the search went.
     """
     s = np.array(start, dtype=float)
     columns = list(unknowns)
@@ -57,7 +57,7 @@ def close_numerically(
     for k in range(MAX_ITERATIONS):
         try:
             gaps, jacobian = gaps_and_jacobian(tree, loops, s, unknowns)
-        except ZeroDivisionError:  # frames half a turn apart: any way to turn is as good as another
+        except ZeroDivisionError:  # frames half a turn apart: any direction of turning is as good
             s[columns] += PERTURBATION * fixed_perturbation(len(columns), k)
             if least == np.inf:
                 best = s.copy()
@@ -78,7 +78,7 @@ def close_numerically(
 
 
 def fixed_perturbation(size: int, k: int = 0) -> Array:
-    """The k-th vector (size,) of numbers between -1 and 1 without a pattern, the same every run."""
+    """The k-th vector (size,) of pseudo-random numbers in [-1, 1], the same in every run."""
     numbers: Array = np.cos(1.0 + k + 2.0 * np.arange(size))
     return numbers
 
@@ -98,14 +98,14 @@ def gaps_and_jacobian(
 ) -> tuple[Array, Array]:
     """Gaps of all equations, and the rows of J_s.
 
-    The rows are the Jacobian of the gaps only where the loops are closed. Elsewhere they point a
-    search the right way.
+    At a closed configuration the rows are the exact Jacobian of the gaps. Elsewhere they are an
+    approximation that is good enough for a search.
 
     Args:
         tree: the spanning tree.
         loops: the equations.
         s: all coordinates (n_s,) [rad or m].
-        unknowns: the coordinates whose columns are wanted.
+        unknowns: the coordinates of the columns to return.
 
     Returns:
         Gaps (m,) and rows (m, unknowns).

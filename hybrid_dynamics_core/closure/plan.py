@@ -1,4 +1,4 @@
-"""The order in which loops close: their equations in blocks, each with what solves it."""
+"""The closure plan: the equations of all loops in blocks, each with its solver."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from .reference_search import closed_near
 
 @dataclass(frozen=True)
 class ClosurePlan:
-    """How all other coordinates follow from the given ones.
+    """The order in which all other coordinates are solved from the given ones.
 
     Attributes:
         given: the coordinates that are given.
-        blocks: what solves for the others, in solving order.
+        blocks: block solvers, in solving order.
         branch: the branch sign of each block, +1 or -1.
         reference: a closed configuration, floats.
         loops: the equations of all loops.
-        redundant: equations that follow from the others.
+        redundant: equations that follow from the solved ones.
     """
 
     given: tuple[int, ...]
@@ -44,11 +44,11 @@ class ClosurePlan:
 
     @property
     def signs(self) -> tuple[float, ...]:
-        """The signs of the reference: `branch`, then the chart of each ball or free joint."""
+        """Signs of the reference: `branch`, then the chart of each ball or free joint."""
         return (*self.branch, *map(float, self.reference.charts))
 
     def split(self, signs: Scalars) -> tuple[Scalars, Scalars]:
-        """Signs as those of the blocks, and the charts."""
+        """Split signs into those of the blocks and the charts."""
         blocks = len(self.blocks)
         return signs[:blocks], signs[blocks:]
 
@@ -64,9 +64,9 @@ def build_plan(
     Args:
         tree: the spanning tree.
         robot: its description.
-        given: the coordinates that are given, None for the active ones.
-        near: where modes are read and iterations start, by coordinate [rad or m]. None for the
-            reference of the description.
+        given: the given coordinates; None for the active ones.
+        near: values by coordinate [rad or m] at which modes are chosen and iterations start; None
+            for the reference of the description.
 
     Raises:
         DescriptionError: the loops do not fit the given coordinates, or do not close.
@@ -95,7 +95,7 @@ def build_plan(
         branch.append(choose_branch(robot, block, context, configuration, guess))  # noqa: PERF401
     _require_closed(tree, robot, loops, configuration)
     measure(all_loops(loops, blocks), configuration)
-    # another reference than the file's has a note of its own
+    # a reference that differs from the file's has a note of its own
     if of_active and robot.active_set == "exact":
         _require_limits(tree, robot, configuration)
     return ClosurePlan(
@@ -109,7 +109,7 @@ def build_plan(
 
 
 def all_loops(loops: Sequence[LoopEquations], blocks: Sequence[BlockSolver]) -> list[LoopEquations]:
-    """The loops of a plan, then those that only its blocks have."""
+    """The loops of a plan, then those that occur only in its blocks."""
     result = list(loops)
     for block in blocks:
         result += loops_of(block.equations)
@@ -128,7 +128,7 @@ def _reference(tree: Tree, robot: RobotDescription) -> dict[int, float]:
 def _closed_guess(
     tree: Tree, loops: Sequence[LoopEquations], guess: list[float], unknowns: Sequence[int]
 ) -> list[float]:
-    """Where iterations start: everything is closed there already, if it can be."""
+    """The start of iterations (n_s,): closed, if the loops can be closed."""
     closed = closed_near(tree, loops, guess, unknowns, driven_may_move=False)
     if closed.is_closed:
         return [float(q) for q in closed.s]
@@ -141,7 +141,7 @@ def _require_closed(
     loops: Sequence[LoopEquations],
     configuration: Configuration,
 ) -> None:
-    """Raise for a loop that is open at the reference."""
+    """Raise if a loop is open at the reference."""
     for loop in loops:
         residual = loop.linearise(configuration).residual
         error = max(abs(float(r)) for r in residual)
@@ -159,7 +159,7 @@ def _require_closed(
 
 
 def _require_limits(tree: Tree, robot: RobotDescription, configuration: Configuration) -> None:
-    """Raise for a joint that the reference has beyond its limits."""
+    """Raise if a joint is beyond its limits at the reference."""
     for body in tree.bodies:
         value = float(configuration.q[body.coordinate])
         lower, upper = body.limits

@@ -1,4 +1,4 @@
-"""Loops that are planar but for the digits of their file: what is off is put into the plane."""
+"""Loops that are planar up to the printed digits of their file are made exactly planar."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .constraints.planar_loops import APART
 from .constraints.plane import PARALLEL, ROUNDED
 
 EXACT = 1e-14  # [rad] a smaller turn is the rounding of numbers
-SHOWN = 1e-8  # [rad] a smaller turn is not noted: it is the rounding of many digits
+SHOWN = 1e-8  # [rad] a smaller turn is not noted, since it is rounding
 
 
 def snapped(robot: RobotDescription) -> RobotDescription:
-    """The description with loops that are planar to `ROUNDED` made exactly planar.
+    """The description in which loops that are planar within `ROUNDED` are exactly planar.
 
-    Angles such as 1.5708 tilt an axis by some 1e-6 rad. The joint is turned back, and with it what
-    it carries. Notes say what was moved by how much.
+    Angles such as 1.5708 tilt an axis by some 1e-6 rad. The joint is turned back, together with the
+    links that it carries. Notes give the joints and angles.
 
     Args:
         robot: a description; not changed.
@@ -49,7 +49,7 @@ def snapped(robot: RobotDescription) -> RobotDescription:
 
 
 def _groups(loops: Sequence[_Loop]) -> list[list[_Loop]]:
-    """Loops that share hinges, and so their plane, together."""
+    """Groups of loops that share hinges, and hence a plane."""
     groups: list[list[_Loop]] = []
     for loop in loops:
         hinges = set(loop.hinges)
@@ -63,7 +63,7 @@ def _groups(loops: Sequence[_Loop]) -> list[list[_Loop]]:
 def _notes_of_turns(
     drawn: RobotDescription, robot: RobotDescription, turned: Mapping[str, str]
 ) -> Iterator[str]:
-    """What joints were turned by, each once."""
+    """Notes on the angle by which each joint was turned."""
     for name, loop in turned.items():
         change = robot.joints[name].rotation - drawn.joints[name].rotation
         tilt = norm(change) / np.sqrt(2.0)  # of a small turn
@@ -72,7 +72,7 @@ def _notes_of_turns(
 
 
 class _Loop:
-    """The loop of a closure at zero, in the frame of the link where its chains part.
+    """The loop of a closure at zero, in the frame of the link where its chains start.
 
     Attributes:
         closure: its closure.
@@ -104,9 +104,9 @@ class _Loop:
         return [*self.paths[0], *self.paths[1]]
 
     def bars(self, normal: Array) -> list[Array]:
-        """From pivot to pivot to the pin, back to the first one of the other chain, and across.
+        """Sides of the polygon of pivots: along chain a to the pin, back along chain b, and across.
 
-        Vectors (3,) [m] in the plane of a normal; none where some joint slides.
+        Vectors (3,) [m], projected onto the plane of a normal; an empty list if a joint slides.
         """
         if any(self.robot.joints[name].type != "revolute" for name in self.joints):
             return []
@@ -133,18 +133,18 @@ class _Loop:
 
     @property
     def normal(self) -> Array:
-        """Axis (3,) of its first hinge; zero where it has none."""
+        """Axis (3,) of its first hinge; zero if it has no hinge."""
         if not self.hinges:
             return np.zeros(3)
         return self.axis(self.hinges[0])
 
     @property
     def is_near_plane(self) -> bool:
-        """Whether it is planar but for the digits of numbers."""
+        """Whether the loop is planar up to printed digits."""
         return bool(self.hinges) and self.tilt(self.normal) <= ROUNDED
 
     def tilt(self, normal: Array) -> float:
-        """Largest angle [rad] that a joint is off the plane of this normal."""
+        """Largest angle [rad] between a joint's motion and the plane of this normal."""
         tilts: list[float] = []
         for name in self.joints:
             joint, axis = self.robot.joints[name], self.axis(name)
@@ -153,7 +153,7 @@ class _Loop:
 
 
 def in_plane(joint: Joint, axis: Array, normal: Array) -> Array:
-    """The axis that a joint has in the plane of a normal, nearest to the given one; all (3,)."""
+    """The axis (3,) nearest to a given one with which a joint moves in the plane of a normal."""
     along = float(axis @ normal)
     if joint.type == "revolute":
         hinge: Array = float(np.copysign(1.0, along)) * normal
@@ -169,9 +169,9 @@ def in_plane(joint: Joint, axis: Array, normal: Array) -> Array:
 def _with_joints_in_plane(
     robot: RobotDescription, loops: Sequence[_Loop], turned: dict[str, str]
 ) -> RobotDescription:
-    """The description with the joints of some loops, which share hinges, turned into one plane.
+    """The description with the joints of a group of loops turned into one plane.
 
-    Joints are turned from the base outward, since each carries what hangs on it.
+    Joints are turned from the base outward, since each turns all links behind it.
     """
     loop_of = {name: loop.closure.name for loop in reversed(loops) for name in loop.joints}
     joints = dict(robot.joints)
@@ -196,7 +196,7 @@ def _with_joints_in_plane(
 
 
 def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
-    """The description with the ends of a closure in one plane, their frames turned alike."""
+    """The description with the ends of a closure in one plane and their frames aligned."""
     closure = loop.closure
     (rotation_a, origin_a), (rotation_b, origin_b) = loop.ends
     place_a = rotation_a @ closure.point_a + origin_a
@@ -222,7 +222,7 @@ def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> 
 def _with_equal_bars(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
     """The description with the pin of a parallelogram moved so that opposite bars are equal.
 
-    Bars that differ by more than `ROUNDED` of the longest stay as they are, and are refused later.
+    Bars that differ by more than `ROUNDED` of the longest stay unequal, and are refused later.
     """
     closure = loop.closure
     bars = loop.bars(normal)
@@ -249,7 +249,11 @@ def _with_equal_bars(robot: RobotDescription, loop: _Loop, normal: Array) -> Rob
 def _frames_turned_alike(
     closure: Closure, rotation_a: Array, rotation_b: Array, normal: Array
 ) -> tuple[float, Mapping[str, Array]]:
-    """Rotations of a closure's frames in which the normal is the same, and how much they turn."""
+    """Correct a closure's frames so that the normal is the same in both.
+
+    Returns:
+        The angle of the correction [rad], and the new rotations by key.
+    """
     if closure.kind not in ("axis", "frame"):
         return 0.0, {}
     in_a = (rotation_a @ closure.rotation_a).T @ normal
@@ -276,7 +280,7 @@ def _notes(robot: RobotDescription, key: str, text: str, size: float) -> Iterato
 
 
 def _turn(start: Array, end: Array) -> Array:
-    """The least rotation (3, 3) that takes one unit vector to another one nearby."""
+    """The smallest rotation (3, 3) that takes one unit vector to another one nearby."""
     x, y, z = np.cross(start, end)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     rotation: Array = np.eye(3) + cross + cross @ cross / (1.0 + float(start @ end))

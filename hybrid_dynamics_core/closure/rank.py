@@ -1,4 +1,4 @@
-"""Over-determined but consistent closures: independent equations by rank, at a closed place."""
+"""Over-determined but consistent loops: independent equations by rank."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..mechanism.tree import Tree
 from .constraints.equations import Equation, LoopEquations, equations_of
 from .numeric_closure import CLOSED, close_numerically, fixed_perturbation, gaps_and_jacobian
 
-INDEPENDENT = 1e-7  # share of a row that must remain after the rows before it are taken out
+INDEPENDENT = 1e-7  # share of a row that must remain after projection onto the rows before it
 SHORTEST_ROW = 1e-3  # a shorter row counts as one of this length
-CLOSED_NEARBY = 1e-9  # residual of a configuration that is closed beside the reference
-DIGITS = 6  # of a null space in which parts are told apart
-MISFIT_MOVE = 0.02  # [rad or m] after which an error tells how far the loops miss
-# [rad or m] moves of the given coordinates off symmetric places
+CLOSED_NEARBY = 1e-9  # residual up to which a configuration near the reference counts as closed
+DIGITS = 6  # of a null space; equal to these digits, entries count as equal
+MISFIT_MOVE = 0.02  # [rad or m] move of the given coordinates at which an error states the gaps
+# [rad or m] moves of the given coordinates away from symmetric configurations
 MOVES = (0.07, 0.02, -0.02, 0.005, -0.005, 1e-3, -1e-3)
 
 
@@ -27,14 +27,15 @@ class Ranked:
     """Equations sorted by rank.
 
     Attributes:
-        independent: equations that count.
-        redundant: equations that follow from them.
-        free: unknowns that no equation holds.
+        independent: equations to solve.
+        redundant: equations that follow from the independent ones.
+        free: unknowns that no equation determines.
         residual: by loop, at the configuration that closes best.
-        closest: that configuration, all coordinates (n_s,) [rad or m].
-        rank: number of independent equations with no coordinate given, None where nothing closes.
-        rigid: the loops do not close with the given coordinates moved a little; `residual` and
-            `closest` are then those of `MISFIT_MOVE`, if they close before it.
+        closest: the configuration (n_s,) of `residual` [rad or m].
+        rank: number of independent equations if no coordinate is given; None if the loops do not
+            close.
+        rigid: whether the loops no longer close after a small move of the given coordinates.
+            `residual` and `closest` are then those after a move of `MISFIT_MOVE`.
     """
 
     independent: list[Equation]
@@ -82,7 +83,7 @@ def rank_equations(
 def _closed_nearby(
     tree: Tree, loops: Sequence[LoopEquations], closed: Array, unknowns: Sequence[int]
 ) -> Array | None:
-    """A closed configuration beside one that may be special, the given coordinates moved."""
+    """A closed configuration near another, with the given coordinates moved; else None."""
     for size in MOVES:
         start = _moved(closed, unknowns, size)
         moved, residual = close_numerically(tree, loops, start, unknowns)
@@ -92,7 +93,7 @@ def _closed_nearby(
 
 
 def _moved(closed: Array, unknowns: Sequence[int], size: float) -> Array:
-    """A configuration (n_s,) with the given coordinates moved by so much at most."""
+    """A configuration (n_s,) with the given coordinates moved by at most `size`."""
     given = [k for k in range(len(closed)) if k not in unknowns]
     start: Array = np.array(closed)
     start[given] += size * fixed_perturbation(len(given))
@@ -100,7 +101,7 @@ def _moved(closed: Array, unknowns: Sequence[int], size: float) -> Array:
 
 
 def _rank(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> int | None:
-    """Rank of all equations where they close with every coordinate free, from s."""
+    """Rank of all equations at a closed configuration near s, with every coordinate free."""
     everything = range(len(s))
     closed, residual = close_numerically(tree, loops, s, everything)
     if max(residual.values(), default=0.0) > CLOSED:
@@ -116,9 +117,9 @@ def _independent(jacobian: Array) -> list[int]:
 
 
 def _free(jacobian: Array, unknowns: Sequence[int]) -> list[int]:
-    """Unknowns that no equation holds: as many as the rank is short.
+    """Unknowns that no equation determines: as many as the rank is short.
 
-    They are taken where the null space is largest, the last ones first.
+    Those with the largest parts in the null space are chosen, later ones first.
     """
     free: list[int] = []
     columns = list(range(len(unknowns)))

@@ -1,4 +1,4 @@
-"""A closed configuration to begin with: near the drawn pose, and not at a singular place."""
+"""A closed, regular configuration near the drawn pose."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ..mechanism.tree import Tree
 from .constraints.equations import LoopEquations
 from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
 
-# [rad or m] how far from the drawn pose other starts are, and how many at each distance
+# [rad or m] distances of further starts from the drawn pose, and their number at each
 DISTANCES = (0.03, 0.1, 0.3, 1.0)
 STARTS = 6
-NEAR = 0.5  # [rad or m] a configuration that is nearer to the drawn pose is not improved
-BEYOND = 1e3  # merit of a configuration that closes beyond limits alone
-MOVES = (0.03, -0.03, 0.1, -0.1, 0.3)  # [rad or m] off a singular place
-REGULAR = 1e-3  # share of a singular value nearby below which a place counts as singular
+NEAR = 0.5  # [rad or m] a configuration this near to the drawn pose is accepted at once
+BEYOND = 1e3  # cost added to a configuration that closes beyond limits
+MOVES = (0.03, -0.03, 0.1, -0.1, 0.3)  # [rad or m] moves away from a singularity
+REGULAR = 1e-3  # least share of the smallest singular value nearby that counts as regular
 RANK_TOLERANCE = 1e-8  # singular values below this share of the largest count as zero
 TINY = 1e-300
 
@@ -48,23 +48,23 @@ def closed_near(
     *,
     driven_may_move: bool = True,
 ) -> Closed:
-    """The closed configuration nearest to a drawn pose, within the limits if there is one.
+    """The closed configuration nearest to a drawn pose, within the limits if possible.
 
-    The least open one where none closes.
+    If none closes, it is the one with the smallest gap.
 
     Args:
         tree: the spanning tree.
         loops: all equations.
         start: the drawn pose (n_s,) [rad or m].
-        passive: coordinates that give way first.
-        driven_may_move: whether the other ones give way where these are not enough.
+        passive: coordinates that may change first.
+        driven_may_move: whether the driven ones may change if these are not enough.
     """
     drawn = np.asarray(start, dtype=float)
     driven = [k for k in range(len(drawn)) if k not in passive]
     best = Closed(*close_numerically(tree, loops, start, passive))
     if _gaps(tree, loops, drawn) <= CLOSED:
         return best
-    # all that no loop holds stays where the drawing has it; redundant motors must give way
+    # coordinates outside of loops keep their drawn values; redundant motors must move
     held = sorted({k for loop in loops for k in loop.coordinates})
     for unknowns in _movable(held, passive, driven, driven_may_move):
         for other_start in _starts(tree, drawn, unknowns):
@@ -80,7 +80,7 @@ def closed_near(
 def _movable(
     held: Sequence[int], passive: Sequence[int], driven: Sequence[int], driven_may_move: bool
 ) -> Iterator[list[int]]:
-    """Sets of coordinates that give way: passive ones, then more and more of the last driven."""
+    """Sets of coordinates that may change: passive ones, then more and more of the last driven."""
     yield [k for k in held if k in passive]
     if not driven_may_move:
         return
@@ -94,9 +94,9 @@ def is_closed_at(tree: Tree, loops: Sequence[LoopEquations], s: Sequence[float])
 
 
 def generic_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array:
-    """A configuration beside a closed one at which the equations have their usual rank.
+    """A configuration near a closed one at which the equations have their generic rank.
 
-    At a singular place, such as a change point, the rank is lower than next to it.
+    At a singularity, such as a change point, the rank is lower than near it.
 
     Args:
         tree: the spanning tree.
@@ -104,7 +104,7 @@ def generic_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array:
         s: a closed configuration (n_s,) [rad or m].
 
     Returns:
-        Of some configurations beside it the one with the highest rank; s itself where none closes.
+        The configuration (n_s,) with the highest rank among some near s; s itself if none closes.
     """
     sizes, motion = _singular_values(tree, loops, s)
     most = -1
@@ -123,13 +123,13 @@ def generic_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array:
 def is_singular_for(
     tree: Tree, loops: Sequence[LoopEquations], s: Array, generic: Array, passive: Sequence[int]
 ) -> bool:
-    """Whether passive coordinates are not determined at s, while they are beside it.
+    """Whether J_z is singular at s, but regular near it.
 
     Args:
         tree: the spanning tree.
         loops: all equations.
         s: a closed configuration (n_s,) [rad or m].
-        generic: one beside it.
+        generic: a closed configuration (n_s,) near s, of generic rank.
         passive: the coordinates that the loops are to determine.
     """
     here = _smallest(tree, loops, s, passive)
@@ -139,7 +139,7 @@ def is_singular_for(
 def _smallest(
     tree: Tree, loops: Sequence[LoopEquations], s: Array, passive: Sequence[int]
 ) -> float:
-    """Smallest singular value of J_z over the largest; 0 where the rank is short."""
+    """Smallest singular value of J_z over the largest; 0 if the rank is short."""
     _, jacobian = gaps_and_jacobian(tree, loops, s, passive)
     if not passive or len(jacobian) < len(passive):
         return 0.0
@@ -148,7 +148,7 @@ def _smallest(
 
 
 def _moved(tree: Tree, loops: Sequence[LoopEquations], s: Array, motion: Array) -> Array | None:
-    """A closed configuration in the direction of a motion; None where none closes."""
+    """A closed configuration in the direction of a motion; None if none closes."""
     held = sorted({k for loop in loops for k in loop.coordinates})
     moved, gaps = close_numerically(tree, loops, s + motion, held)
     lower, upper = limits_of(tree).T
@@ -161,7 +161,7 @@ def _moved(tree: Tree, loops: Sequence[LoopEquations], s: Array, motion: Array) 
 def _singular_values(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> tuple[Array, Array]:
     """Singular values of J_s over the largest, and one motion (n_s,) that keeps all loops closed.
 
-    The motion mixes all of them, and is one at most in each coordinate.
+    The motion combines all null-space motions, with a largest entry of 1.
     """
     _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(s)))
     if not len(jacobian):
@@ -185,10 +185,10 @@ def _gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> float:
 
 
 def _merit(tree: Tree, closed: Closed, drawn: Array, driven: Sequence[int]) -> float:
-    """How good a configuration is, 0 at best.
+    """Cost of a configuration, 0 at best.
 
-    How far driven coordinates are from the drawn pose where the loops close within the limits. More
-    where they close beyond limits, and more the more they are open.
+    Within the limits it is the distance of the driven coordinates from the drawn pose. Any
+    configuration beyond limits costs more, and open loops cost most.
     """
     worst = max(closed.gaps.values(), default=0.0)
     if worst > CLOSED:
@@ -208,9 +208,10 @@ def limits_of(tree: Tree) -> Array:
 
 
 def _starts(tree: Tree, drawn: Array, held: Sequence[int]) -> Iterator[Array]:
-    """Configurations about the drawn pose, and one in the middle of the limits, always the same.
+    """Start configurations around the drawn pose, then one in the middle of the limits.
 
-    Only what the loops hold is moved, and not beyond its limits.
+    Only coordinates in loops are moved, and only within their limits. The starts are the same in
+    every run.
     """
     lower, upper = limits_of(tree).T
     yield np.clip(drawn, lower, upper)

@@ -1,4 +1,4 @@
-"""How far a given coordinate may go before a loop opens: the range between the toggle points."""
+"""The range of a given coordinate between the toggle points, where the loops close."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from .plan import ClosurePlan
 
 Flags = NDArray[np.bool_]
 Range = tuple[float, float]
-# distance at which a place counts as singular: at a toggle point that is its end, but for rounding
+# distance below which a configuration is singular: a toggle point, up to rounding
 SINGULAR = 1e-8
-# share of a step that samples stand off round values: a change point, which is no end, is not met
+# samples are shifted by this share of a step, so that none falls on a change point
 _OFF_GRID = 0.1234567
 _SAMPLES = 4001  # a range narrower than 1/4000 of the searched one may be missed
 _TURN = 2.0 * math.pi  # [rad] searched to either side
 _SPAN = 6.0  # searched displacements to either side, in lengths of the longest loop
-_PARTS = 32  # into which an interval that holds an end is divided
-_ROUNDS = 11  # of divisions, until an end is exact to rounding
+_PARTS = 32  # pieces into which an interval around an end is divided
+_ROUNDS = 11  # divisions until an end is exact to rounding
 
 
 def given_inputs(plan: ClosurePlan, block: BlockSolver) -> list[int]:
@@ -49,14 +49,14 @@ def given_inputs(plan: ClosurePlan, block: BlockSolver) -> list[int]:
 
 
 def searched_half(tree: Tree, plan: ClosurePlan, k: int) -> float:
-    """How far a search for ends of a coordinate goes to either side [rad or m]."""
+    """Half the width of the searched range of a coordinate [rad or m]."""
     if tree.is_revolute(k):
         return _TURN
     return _SPAN * max(loop.length for loop in plan.loops)
 
 
 class ClosingSearch:
-    """Where loops close as one given coordinate moves and the other ones stay.
+    """The values of one given coordinate at which the loops close, with the others constant.
 
     Args:
         tree: the spanning tree.
@@ -64,7 +64,7 @@ class ClosingSearch:
         u: given coordinates (n,) [rad, m].
         signs: branch signs (blocks,).
         k: the given coordinate that moves.
-        blocks: the blocks that are to close, with all that they depend on; None for all.
+        blocks: the blocks to close, with those that they depend on; None for all.
     """
 
     def __init__(
@@ -88,12 +88,12 @@ class ClosingSearch:
             is_needed = blocks is None or block in blocks or not given_inputs(plan, block)
             if is_needed:
                 self._solved.append((block, float(sign)))
-        # a frame that faces the other way: known where all coordinates are
+        # frames that are turned by half a turn: checked once all coordinates are solved
         self._guarded = plan.loops if blocks is None else ()
         self._guess = [float(q) for q in plan.reference.q]
 
     def closes(self, values: Array) -> Flags:
-        """Whether they close, (N,), at values (N,) of the coordinate [rad or m]."""
+        """Whether the loops close (N,) at values (N,) of the coordinate [rad or m]."""
         given = self._given | {self._k: values}
         configuration = given_configuration(self._tree, given, self._charts)
         good = np.ones(values.shape, dtype=bool)
@@ -108,19 +108,20 @@ class ClosingSearch:
         return good
 
     def _distance(self, block: BlockSolver, margin: Scalar, configuration: Configuration) -> Scalar:
-        """Distance of a solved block to a singularity: a range may end in singular places."""
+        """Distance of a solved block to a singularity, since a range may end at one."""
         linear = {loop: loop.linearise(configuration) for loop in loops_of(block.equations)}
         rows = [linear[equation.loop].rows[equation.index] for equation in block.equations]
         return SolvedBlock(block, margin, rows).distance(self._tree)
 
     def interval(self, near: float) -> Range | None:
-        """The interval in which they close.
+        """The interval in which the loops close.
 
         Args:
-            near: of several intervals, the one nearest to this [rad or m].
+            near: a value [rad or m]; of several intervals the nearest to it is taken.
 
         Returns:
-            Its ends [rad or m], infinite where none was met. None where the loops close nowhere.
+            Lower and upper end [rad or m], infinite if the search met none. None if the loops close
+            nowhere.
         """
         half = searched_half(self._tree, self._plan, self._k)
         step = 2.0 * half / (_SAMPLES - 1)
@@ -151,10 +152,9 @@ class ClosingSearch:
 def closing_interval(
     tree: Tree, plan: ClosurePlan, u: Sequence[float], signs: Sequence[float], k: int
 ) -> Range | None:
-    """The interval of a given coordinate in which the mechanism closes; the other ones stay.
+    """The interval of a given coordinate in which the mechanism closes, with the others constant.
 
-    Just inside all loops close, just outside they do not. Of several intervals it is the one
-    nearest to the reference.
+    Of several intervals it is the one nearest to the reference.
 
     Args:
         tree: the spanning tree.
@@ -164,8 +164,8 @@ def closing_interval(
         k: the given coordinate.
 
     Returns:
-        Its ends [rad or m], infinite where there is none. None where the loops close nowhere, or an
-        iteration decides, which knows no range.
+        Lower and upper end [rad or m], infinite if there is none. None if the loops close nowhere,
+        or if a block iterates.
     """
     for block in plan.blocks:
         if block.iterates and k in given_inputs(plan, block):
@@ -175,10 +175,10 @@ def closing_interval(
 
 
 def independent_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
-    """The range of a given coordinate that its loops have whatever the other ones are.
+    """The range of a given coordinate that does not depend on the other ones.
 
-    Only loops that depend on no other given coordinate count. An end is told where, with the other
-    coordinates at the reference, the whole mechanism closes just inside; otherwise it is infinite.
+    Only loops that depend on no other given coordinate count. An end is finite only if the whole
+    mechanism closes just inside it, with the other coordinates at the reference.
 
     Args:
         tree: the spanning tree.
@@ -186,7 +186,7 @@ def independent_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
         k: the given coordinate.
 
     Returns:
-        Its ends [rad or m].
+        Lower and upper end [rad or m].
     """
     everywhere = (-math.inf, math.inf)
     blocks: list[BlockSolver] = []

@@ -1,8 +1,7 @@
 """Controllers: functions of time [s] and measured ClosedState that return efforts tau (n,).
 
-Each is a few lines over the model. Its `loads` are what the model believes to act (None: what the
-description gives). A controller may so be wrong about a payload while the machine, or its
-simulation, is not.
+`loads` are what the controller's model assumes (None: what the description gives). They may differ
+from the loads of the machine or its simulation, such as an unknown payload.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from .trajectory import JointTrajectory
 
 @dataclass(frozen=True, eq=False)
 class GravityCompensation:
-    """Holds weight, springs and applied wrenches only: the arm moves as if it had no weight.
+    """Balances weight, springs and applied wrenches: the arm moves as if it had no weight.
 
     Attributes:
         robot: the model.
@@ -55,7 +54,7 @@ class GravityCompensation:
 class ComputedTorque:
     """Follows a trajectory so that errors e = u_d - u obey e'' + kd e' + kp e = 0.
 
-    That holds where the model is exact and every active coordinate is driven.
+    This holds if the model is exact and every active coordinate is driven.
 
     tau = ID(u, u', u_d'' + kd e' + kp e). A gain kd = 2 sqrt(kp) does not overshoot.
 
@@ -92,7 +91,7 @@ class ComputedTorque:
 
 @dataclass(frozen=True, eq=False)
 class FeedForward:
-    """Efforts that the trajectory needs, and a spring and damper to it.
+    """Efforts that the trajectory needs, and a spring and damper towards it.
 
     tau = ID(u_d, u_d', u_d'') + kp e + kd e', with the error e = u_d - u.
 
@@ -102,7 +101,7 @@ class FeedForward:
         kp: (n,) or a number [N m/rad or N/m].
         kd: (n,) or a number [N m s/rad or N s/m].
         loads: what the model believes to act; None: what the description gives.
-        model: whether the model is used. False: spring and damper only.
+        model: whether inverse dynamics is added. False: spring and damper only.
 
     Raises:
         InputError: for gains of another shape, not finite or negative, and for a trajectory of
@@ -160,7 +159,7 @@ def efforts_along(
 
 
 def _of_drives(robot: Robot, tau: Array) -> Array:
-    """Efforts (..., n) without those along idle coordinates, which nobody gives."""
+    """Efforts (..., n) with zeros at idle coordinates, which have no drive."""
     is_driven = np.array([name not in robot.idle for name in robot.active])
     return np.where(is_driven, tau, 0.0)
 

@@ -36,7 +36,7 @@ class JointTrajectory:
     * Positions and velocities: a cubic between each two points. The acceleration jumps at points.
     * Accelerations too: a quintic between each two points. The acceleration is continuous.
 
-    Before the first point the joints rest there, after the last point they rest at that one.
+    The joints rest at the first point before it, and at the last point after it.
 
     Args:
         times: (N,) ascending [s], N at least 2.
@@ -46,8 +46,8 @@ class JointTrajectory:
         at_rest: whether a spline through positions starts and ends at rest.
 
     Raises:
-        InputError: times do not ascend, an array has not one finite row for each time, or
-            accelerations are given without velocities.
+        InputError: times do not ascend, the rows of an array are not finite or not one for each
+            time, or accelerations are given without velocities.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Inertia and Coriolis terms that are linear in a second motion, so that matrices can be made.
+"""Inertia and Coriolis terms that are linear in a second motion, as matrices need them.
 
 No derivative of M is formed. A body has the spatial velocity V = (omega, v): its angular velocity
 and the velocity of its link origin, in link axes. Its inertia matrix about that origin is
@@ -36,7 +36,7 @@ def body_twists(tree: TreeDynamics, rates: Scalars) -> list[Twist]:
 
     Args:
         tree: the tree at its configuration.
-        rates: of s (n_s,) [rad/s, m/s]; they need not be those with which the tree moves.
+        rates: any rates of s (n_s,) [rad/s, m/s].
 
     Returns:
         A twist for each body.
@@ -56,7 +56,7 @@ def twist_rates(
     twists: Sequence[Twist],
     accelerations: Scalars,
 ) -> list[Twist]:
-    """Rates of the components of the twists of some rates r, in link axes that move with s'.
+    """Time derivatives of twists of rates r, by component in link axes that move with s'.
 
     With r = s' and r' = s'' they are the V' of the bodies.
 
@@ -77,12 +77,12 @@ def twist_rates(
             omega, v = _at_joint(tree, i, twists[body.parent])
             rate = scale(ds[body.coordinate], body.axis)
             if body.is_revolute:
-                # the link's axes turn relative to the parent's: components of a vector v that is
-                # constant in those change by v x rate
+                # the link axes turn relative to the parent's: a constant vector v of the parent has
+                # components that change by v x rate
                 accel = add(accel, cross(v, rate))
                 alpha = add(alpha, cross(omega, rate))
             else:
-                # the link's origin moves along the parent, where the velocity is v + omega x r
+                # the link origin moves through the parent, whose velocity there is v + omega x r
                 accel = add(accel, cross(omega, rate))
         rates.append(_with_joint(body, (alpha, accel), accelerations[body.coordinate]))
     return rates
@@ -158,7 +158,7 @@ def coriolis(body: Body, omega: Vector, twist: Twist) -> Wrench:
 
 
 def _at_joint(tree: TreeDynamics, body: int, twist: Twist) -> Twist:
-    """A twist of a body's parent, taken at the body's origin and in its axes."""
+    """A twist of a body's parent, at the body's origin and in its axes."""
     omega, v = twist
     rotation, origin = tree.transforms[body]
     to_body = transpose(rotation)

@@ -22,10 +22,11 @@ class SpanningTerms:
         C: (n_s, n_s) matrix of its Christoffel symbols: M' - 2 C is skew.
         g: (n_s,) gravity.
         extra: (n_s,) friction, springs and applied wrenches.
-        J: (n_z, n_s) the loops' equations as they are closed, a row each, lengths divided by the
-            loop's length. A parallelogram closes by two relations between angles.
+        J: (n_z, n_s) Jacobian of the loop equations that are solved; lengths are divided by the
+            loop's length. A parallelogram has two equations between angles.
         bias: (n_z,) J' s' [1/s^2].
-        multipliers: (n_z,) lambda of the rows [N m]. `robot.reactions` gives them at the pins.
+        multipliers: (n_z,) lambda of the rows [N m]. `robot.reactions` converts them to wrenches at
+            the pins.
         loops: the loop of each row.
     """
 

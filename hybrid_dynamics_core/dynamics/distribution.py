@@ -1,4 +1,4 @@
-"""How more drives than freedoms share a load: weighted least norm, within bounds, with preload."""
+"""Distribution of a load over redundant drives: weighted least norm with bounds and preload."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..ground.arrays import Array
 
-IMPOSSIBLE = 1e-9  # share of a load that is missing through rounding alone
+IMPOSSIBLE = 1e-9  # share of a load below which a missing part is rounding
 RANK = 1e-10  # singular values below this share of the largest count as zero
-WITHIN = 1e-12  # share of a bound by which rounding may pass it
+WITHIN = 1e-12  # share of a bound by which rounding may exceed it
 SOLVED = 1  # exit flag of the solver
 
 
@@ -24,7 +24,7 @@ class Distribution:
 
     Attributes:
         forces: force [N] or torque [N m] by drive, each a number or (N,).
-        missing: (n,) what of tau the drives cannot give [N m, N]; 0 along idle coordinates.
+        missing: (n,) part of tau that the drives cannot give [N m, N]; 0 along idle coordinates.
         is_possible: whether nothing is missing, a bool or (N,).
         at_limit: whether each drive is at a limit, by drive, a bool or (N,).
     """
@@ -36,12 +36,12 @@ class Distribution:
 
 
 class Drives(NamedTuple):
-    """What is known of m drives.
+    """Bounds, weights and preloads of m drives.
 
     Attributes:
         lower, upper: bounds (m,) of their forces, infinite if none.
-        weight: (m,) force of each that counts as much as that of the others.
-        preload: (m,) forces that are nearest to what is wanted.
+        weight: (m,) force of each drive that counts as one in the norm.
+        preload: (m,) forces from which deviations are measured.
     """
 
     lower: Array
@@ -53,8 +53,8 @@ class Drives(NamedTuple):
 def distribute(rates: Array, tau: Array, drives: Drives) -> Array:
     """Forces f (m,) with rates^T f = tau, nearest to the preload in the weighted norm.
 
-    Where no forces within the bounds give tau, they give as much of it as they can: what is
-    missing is least, each coordinate measured by what all drives together can move along it.
+    If no forces within the bounds give tau, the missing part is as small as possible. Each of its
+    components is measured in units of what all drives together can give along that coordinate.
 
     Args:
         rates: (m, n) rate of each drive per unit rate of each coordinate.
@@ -62,7 +62,7 @@ def distribute(rates: Array, tau: Array, drives: Drives) -> Array:
         drives: bounds, weights and preload.
 
     Raises:
-        InputError: bounds count, and no solver for them is installed.
+        InputError: bounds are active, and no solver for them is installed.
     """
     if not np.isfinite(rates).all():  # of a state that does not close
         return np.full(len(rates), np.nan)
@@ -84,7 +84,7 @@ def _is_within(shares: Array, lower: Array, upper: Array) -> bool:
 
 
 def _bounded(matrix: Array, load: Array, free: Array, bounds: tuple[Array, Array]) -> Array:
-    """The least shares within bounds that give the load, or else as much of it as can be."""
+    """The smallest shares within bounds that give the load, or as much of it as possible."""
     if np.linalg.norm(matrix @ free - load) <= IMPOSSIBLE * np.linalg.norm(load):
         least = _least_within(matrix, free, bounds)
         if least is not None:
@@ -96,9 +96,9 @@ def _bounded(matrix: Array, load: Array, free: Array, bounds: tuple[Array, Array
 
 
 def _least_within(matrix: Array, shares: Array, bounds: tuple[Array, Array]) -> Array | None:
-    """The least shares with the same load within bounds; None where there are none.
+    """The smallest shares within bounds that give the same load; None if there are none.
 
-    Shares that move no load are the null space of the matrix: they are the unknowns.
+    The unknowns are coordinates of the null space of the matrix.
     """
     _, values, vectors = np.linalg.svd(matrix)
     rank = int((values > RANK * values.max(initial=0.0)).sum())
@@ -115,7 +115,7 @@ def _least_within(matrix: Array, shares: Array, bounds: tuple[Array, Array]) -> 
 
 
 def _nearest_load(matrix: Array, load: Array, bounds: tuple[Array, Array]) -> Array:
-    """Shares within bounds whose load misses the wanted one least."""
+    """Shares within bounds whose load is nearest to the given one."""
     from scipy.optimize import lsq_linear  # noqa: PLC0415  slow to import
 
     scale = 1.0 / np.maximum(np.linalg.norm(matrix, axis=1), np.finfo(float).tiny)

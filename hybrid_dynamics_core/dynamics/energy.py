@@ -22,5 +22,5 @@ class Energy(NamedTuple):
 
     @property
     def total(self) -> Array:
-        """All of it [J]."""
+        """The sum of all energies [J]."""
         return self.kinetic + self.potential + self.springs

@@ -1,8 +1,8 @@
 """Hydraulic cylinders: forces and chamber pressures, rates and flows, positions and strokes.
 
-Two chambers push against each other, so a force gives one equation for two pressures. The chamber
-that does not push is taken to be at the cylinder's return pressure. Compressibility, leakage and
-seal friction are not modelled: friction of the joint is a load.
+A force gives one equation for the pressures of two chambers. The chamber that does not push is
+assumed to be at the cylinder's return pressure. Compressibility, leakage and seal friction are not
+modelled. Friction of the joint is a load.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ SLACK = 1e-9  # share of the return pressure by which the supply pressure may be
 
 @dataclass(frozen=True, eq=False)
 class CylinderState:
-    """What one cylinder does; each a number, or (N,) for a batch. Gauge pressures.
+    """Force, pressures, flows and stroke of a cylinder; numbers, or (N,) for a batch.
 
     Attributes:
         force: [N] along the joint's coordinate.
-        cap_pressure: [Pa] in the chamber on the side of the cap.
-        rod_pressure: [Pa] in the chamber on the side of the rod.
+        cap_pressure: [Pa] gauge, in the chamber on the cap side.
+        rod_pressure: [Pa] gauge, in the chamber on the rod side.
         cap_flow: [m^3/s] of oil into the cap chamber, negative out of it.
         rod_flow: [m^3/s] of oil into the rod chamber, negative out of it.
-        demand: [m^3/s] what the supply has to give: the flow into the chamber that fills.
+        demand: [m^3/s] flow that the supply gives, into the chamber that fills.
         power: [W] that the oil brings in, force times rate.
         to_lower: [m] to the lower end of the stroke, negative beyond it.
         to_upper: [m] to the upper end of the stroke, negative beyond it.
-        overloaded: whether a chamber would have to be above the supply pressure.
+        overloaded: whether a chamber needs more than the supply pressure.
     """
 
     force: Array
@@ -93,7 +93,7 @@ def force_range(cylinder: HydraulicCylinder) -> tuple[float, float]:
 def cylinder_state(
     cylinder: HydraulicCylinder, position: Array, rate: Array, force: Array
 ) -> CylinderState:
-    """Everything about a cylinder.
+    """Pressures, flows and stroke of a cylinder from its motion and force.
 
     Args:
         cylinder: the cylinder.

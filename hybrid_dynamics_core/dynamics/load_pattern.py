@@ -1,8 +1,8 @@
-"""What acts on the tree besides its actuators, as a program sees it.
+"""The loads on the tree besides its actuators, as inputs of programs.
 
-Which loads there are is fixed, their values are inputs of the program, so that they can change from
-call to call. Payloads and counterweights add to the inertia of a link. Wrenches act on links.
-Friction, rotors behind gears and springs act along the joints.
+A pattern fixes which loads there are. Their values are inputs, which may change from call to call.
+Payloads and counterweights add to the inertia of a link. Wrenches act on links. Friction, rotors
+behind gears and springs act along the joints.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class LoadPattern:
     """Which loads a program takes.
 
     Attributes:
-        payloads: bodies with something fixed to them.
+        payloads: indices of bodies with payloads.
         frames: (body, place on it (3,) [m]) where a wrench in base axes acts.
         links: bodies with a wrench in link axes about the link origin.
         friction: whether friction acts along the joints.
@@ -66,7 +66,7 @@ class LoadPattern:
         return names
 
     def key(self, program: str) -> str:
-        """The name under which a program with this pattern is kept."""
+        """The cache key of a program with this pattern."""
         if self == NOTHING:
             return program
         return f"{program} {self}"
@@ -77,7 +77,7 @@ NOTHING = LoadPattern()
 
 @dataclass(frozen=True)
 class LoadValues:
-    """The inputs of a LoadPattern, each as long as it says; along s one for each coordinate."""
+    """The input vectors of a LoadPattern; those along s have one entry for each coordinate."""
 
     payloads: Scalars = ()
     frame_wrenches: Scalars = ()
@@ -117,7 +117,7 @@ class LoadedTree:
         return self.with_joint_effects(self.tree.along_joints(wrenches), ds, dds)
 
     def joint_wrenches(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Wrench]:
-        """What the joints of the open tree pass on to their bodies."""
+        """The wrenches that the joints of the open tree transmit to their bodies."""
         needed = self.tree.body_wrenches(gravity, ds, dds)
         return self.tree.transmitted(needed, self.applied)
 
@@ -129,13 +129,13 @@ class LoadedTree:
     def with_rotors(
         self, forces: Scalars, dds: Scalars, ds: Scalars, other: Scalars
     ) -> list[Scalar]:
-        """Forces along s with what the rotors take.
+        """Forces along s, plus those that accelerate the rotors.
 
         Args:
             forces: along s (n_s,).
             dds: s''.
-            ds: s', of which ball and free joints have a bilinear term.
-            other: the other rates in that term; s' too, but for the columns of a matrix.
+            ds: s', for the bilinear term of ball and free joints.
+            other: the second rates in that term: s' again, or those of a matrix column.
         """
         if not self.pattern.drives:
             return list(forces)
@@ -144,7 +144,7 @@ class LoadedTree:
         return list(add(forces, self._along(rotors)))
 
     def with_joint_effects(self, forces: Scalars, ds: Scalars, dds: Scalars) -> list[Scalar]:
-        """Forces along s with what friction, rotors and springs take."""
+        """Forces along s, plus those for friction, rotors and springs."""
         velocities = joint_velocities(self.tree.tree, self.configuration, ds)
         accelerations = self._joint_accelerations(dds, ds, ds)
         effects: list[Scalar] = []
@@ -156,7 +156,7 @@ class LoadedTree:
         return result
 
     def passive_forces(self, ds: Scalars) -> list[Scalar]:
-        """What the loads alone take along s at rates s'.
+        """Forces along s (n_s,) of the loads alone, at rates s'.
 
         Friction and springs, less the work of the wrenches.
         """
@@ -164,7 +164,7 @@ class LoadedTree:
         return [force + self._spring(k) for k, force in enumerate(forces)]
 
     def dissipative_forces(self, ds: Scalars) -> list[Scalar]:
-        """Those that take energy out of the robot, or bring it in: friction and wrenches."""
+        """Forces along s (n_s,) of friction and wrenches, which change the energy of the robot."""
         nothing: list[Wrench] = [(ZERO3, ZERO3) for _ in self.tree.tree.bodies]
         forces = self.tree.along_joints(self.tree.transmitted(nothing, self.applied))
         velocities = joint_velocities(self.tree.tree, self.configuration, ds)
@@ -189,11 +189,11 @@ class LoadedTree:
         return energy
 
     def _joint_accelerations(self, dds: Scalars, ds: Scalars, other: Scalars) -> list[Scalar]:
-        """What the rotors feel: s'', of ball and free joints the angular acceleration."""
+        """Accelerations of the rotors: s'', or the angular acceleration in ball and free joints."""
         return joint_accelerations(self.tree.tree, self.configuration, dds, ds, other)
 
     def _along(self, forces: Scalars) -> list[Scalar]:
-        """Forces along s of forces along joint velocities."""
+        """Forces along s from forces along joint velocities."""
         return forces_along(self.tree.tree, self.configuration, forces)
 
     def _friction(self, k: int, rate: Scalar) -> Scalar:

@@ -1,7 +1,7 @@
-"""What acts on a robot besides its actuators.
+"""Loads on a robot besides its actuators.
 
-Payloads, counterweights, wrenches, friction, rotors, springs and gravity. The values are frozen and
-are changed by making others:  loads = robot.loads.with_payload(Payload(20.0), "end_effector").
+Payloads, counterweights, wrenches, friction, rotors, springs and gravity. They are immutable;
+methods return changed copies: loads = robot.loads.with_payload(Payload(20.0), "end_effector").
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ class AppliedWrench:
 
 @dataclass(frozen=True, eq=False)
 class JointEffects:
-    """What acts along the joints, each (n_s,) in the order of `robot.coordinates`.
+    """Friction, rotors and springs of joints, each (n_s,) in the order of `robot.coordinates`.
 
-    What drives a joint has to supply
+    The drive of a joint has to supply
 
         viscous q' + coulomb q' / sqrt(q'^2 + smoothing^2) + armature q'' + stiffness (q - rest) +
         preload.
 
-    Coulomb's sign(q') is made smooth over rates of about `smoothing`. At ten times that rate 99.5 %
-    of `coulomb` act, at rest none, so the model creeps where a real joint sticks. What the spinning
-    rotor does to a link that turns is not modelled.
+    Coulomb's sign(q') is smoothed over rates of about `smoothing`. At ten times that rate 99.5 % of
+    `coulomb` act, at rest none. So the model creeps where a real joint sticks. Gyroscopic effects
+    of the rotors are not modelled.
 
     Attributes:
         viscous: [N m s/rad] of a revolute joint, [N s/m] of a prismatic one.
@@ -108,13 +108,13 @@ class JointEffects:
 
 @dataclass(frozen=True, eq=False)
 class Loads(Picklable):
-    """Everything that acts on a robot besides its actuators.
+    """All loads on a robot besides its actuators.
 
     `robot.loads` is what its description gives.
 
     Attributes:
         gravity: (3,) [m/s^2] in base axes.
-        effects: what acts along the joints.
+        effects: friction, rotors and springs along the joints.
         payloads: bodies fixed to frames, by the name of the frame.
         wrenches: by the name of the frame on which they act.
     """
@@ -139,7 +139,7 @@ class Loads(Picklable):
     def with_wrench(
         self, wrench: ArrayLike, frame: str = "end_effector", axes: Axes = "base"
     ) -> Loads:
-        """These loads with a force and moment on a frame, in place of one there before.
+        """These loads with a force and moment on a frame; an earlier one there is replaced.
 
         Args:
             wrench: (6,) or (N, 6) about the frame's origin, force [N] first, then moment [N m].
@@ -170,7 +170,7 @@ class Loads(Picklable):
 
 
 def described_loads(description: RobotDescription, coordinates: tuple[str, ...]) -> Loads:
-    """The loads that a description gives, along coordinates in this order."""
+    """The loads that a description gives, with joint effects in the order of `coordinates`."""
     joints = [effects_of(description, name) for name in coordinates]
     arrays: dict[str, Array] = {}
     for name in JointEffects.__dataclass_fields__:
@@ -191,7 +191,7 @@ def _require_payload(value: object) -> None:
 
 
 def _wrench_values(wrench: ArrayLike, frame: str) -> Array:
-    """A wrench (6,) or (N, 6) from outside."""
+    """Check a wrench (6,) or (N, 6) that a caller gives, and copy it."""
     values = frozen(real_array(f"the wrench on '{frame}'", wrench))
     if values.ndim not in (1, 2) or values.shape[-1] != 6 or not np.isfinite(values).all():
         raise InputError(

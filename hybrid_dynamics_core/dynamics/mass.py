@@ -1,4 +1,4 @@
-"""A mass matrix that cannot be inverted, in words."""
+"""The error for a mass matrix that cannot be inverted."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..errors import MassSingularityError
 from ..ground.arrays import Array
 
-NEGLIGIBLE = 1e-6  # share of the largest part below which a coordinate is not mentioned
+NEGLIGIBLE = 1e-6  # share of the largest component below which a coordinate is not named
 NO_MASS = 1e-10  # share of the largest eigenvalue below which a motion moves no mass
 MENDING = (
     "give the links behind these joints the mass or inertia, or the joints the rotor, that they"
@@ -29,10 +29,10 @@ def mass_singularity(
 
     Args:
         mass: M-bar (n, n) or (N, n, n).
-        singular: where it is singular, () or (N,).
+        singular: mask () or (N,) of singular rows.
         active: names of the active coordinates.
-        idle: those of them that nobody drives.
-        forces: what is to accelerate them (n,) or (N, n); zero if None.
+        idle: names of active coordinates without a drive.
+        forces: efforts minus bias forces (n,) or (N, n); zero if None.
 
     Returns:
         The error for the first singular row.
@@ -68,10 +68,10 @@ def mass_singularity(
 
 
 def _free_motion(values: Array, vectors: Array, driven: list[int], forces: Array) -> Array:
-    """The motion (n,) without mass that is at fault, its largest part 1.
+    """The massless motion (n,) to be named, with a largest component of 1.
 
-    It is the one with the largest part of driven coordinates. Where none has any, it is the one
-    along which the forces act.
+    It is the one with the largest components along driven coordinates. If none has any, it is the
+    one along which the forces act.
     """
     free = vectors[:, np.abs(values) < NO_MASS * values[-1]]
     direction: Array = vectors[:, 0]
@@ -87,7 +87,7 @@ def _free_motion(values: Array, vectors: Array, driven: list[int], forces: Array
 
 
 def _parts(direction: Array, names: tuple[str, ...]) -> str:
-    """The coordinates that a motion has, with their shares."""
+    """The coordinates of a motion with their components, as text."""
     moved: list[str] = []
     for name, part in zip(names, direction, strict=True):
         if abs(part) > NEGLIGIBLE:

@@ -1,4 +1,4 @@
-"""Loads with names and units, as a LoadPattern and the arrays that a kernel takes."""
+"""From loads with names to a LoadPattern and the input arrays of kernels."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class _FrameWrench(NamedTuple):
 def pack_loads(
     loads: Loads, tree: Tree, find: FindFrame, rows: int | None
 ) -> tuple[LoadPattern, dict[str, Array]]:
-    """The pattern of some loads and their values.
+    """The pattern of loads, and their values.
 
     Args:
-        loads: the loads. What is fixed to the base or acts on it has no effect.
+        loads: the loads. Those on the base have no effect.
         tree: the spanning tree.
         find: gives a frame by its name.
         rows: number of states, None for a single one.
@@ -71,11 +71,11 @@ def inertial_parameters(payload: Payload, frame: Frame) -> Array:
     """The ten inertial parameters of a payload about the origin of its link, in link axes.
 
     Args:
-        payload: what is fixed to the frame.
+        payload: the body that is fixed to the frame.
         frame: a frame on the link.
 
     Returns:
-        (10,), as `inertial_vector` has them.
+        (10,), in the order of `inertial_vector`.
     """
     com = frame.translation + frame.rotation @ np.asarray(payload.com)
     inertia = frame.rotation @ np.asarray(payload.inertia) @ frame.rotation.T
@@ -99,7 +99,7 @@ def inertial_vector(mass: float, com: Array, inertia: Array) -> Array:
 
 
 def _require_coordinates(loads: Loads, tree: Tree) -> None:
-    """Raise where the joint effects are those of another robot."""
+    """Raise if the joint effects are those of another robot."""
     size = len(loads.effects.viscous)
     if size != len(tree.coordinates):
         names = ", ".join(tree.coordinates)
@@ -110,7 +110,7 @@ def _require_coordinates(loads: Loads, tree: Tree) -> None:
 
 
 def _payloads(loads: Loads, tree: Tree, find: FindFrame) -> dict[int, Array]:
-    """Inertial parameters of what is fixed to each body, in the order of bodies."""
+    """Inertial parameters (10,) of all payloads of a body, by body, in ascending order."""
     total: dict[int, Array] = {}
     for name, payloads in loads.payloads.items():
         frame = find(name)
@@ -145,7 +145,7 @@ def _wrenches(
 
 
 def _require_rows(name: str, wrench: AppliedWrench, rows: int | None) -> None:
-    """Raise where a wrench of a batch does not have a row for each state."""
+    """Raise if a wrench of a batch does not have a row for each state."""
     if wrench.values.ndim != 2 or len(wrench.values) == rows:
         return
     expected = 1
@@ -166,7 +166,7 @@ def _at_origin(wrench: AppliedWrench, frame: Frame) -> Array:
 
 
 def _side_by_side(parts: Sequence[Array]) -> Array:
-    """Vectors side by side; where one has rows, all get them."""
+    """Concatenate vectors (k,) or (N, k); if one has rows, all are repeated for each row."""
     rows = [len(part) for part in parts if part.ndim == 2]
     if rows:
         parts = [np.broadcast_to(part, (rows[0], part.shape[-1])) for part in parts]

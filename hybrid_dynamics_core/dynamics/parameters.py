@@ -27,7 +27,7 @@ _UNITS = {
 
 @dataclass(frozen=True)
 class Parameters:
-    """Which parameters are asked for, in order: ten a link, then one a joint for each kind.
+    """The names of parameters, in order: ten for each link, then one for each joint and kind.
 
     A link has m [kg], m c [kg m] and its inertia J about the link's origin [kg m^2], in link axes.
     A joint has viscous friction, Coulomb friction and armature in the units of `JointEffects`.
@@ -67,11 +67,11 @@ class Parameters:
         return INERTIAL * len(self.links)
 
     def values(self, description: RobotDescription, effects: JointEffects | None = None) -> Array:
-        """What the description says.
+        """The values of the parameters in a description.
 
         Args:
             description: of the robot.
-            effects: what acts along the joints, None for what the description says.
+            effects: friction and rotors of the joints; None for those of the description.
 
         Returns:
             (p,), SI units, in the order of `names`.

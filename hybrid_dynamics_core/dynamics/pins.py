@@ -1,9 +1,9 @@
-"""What a closure can transmit, as forces and moments in space, whatever equations close its loop.
+"""The wrench that a closure transmits, whatever equations close its loop.
 
-The closure's multipliers give generalised forces along the joints of its loop. The wrench is the
-one that does the same work. It is sought in the directions that the closure holds and in which the
-loop's joints do work. The joints of a planar loop never move its pin sideways, so the model cannot
-tell a sideways force from none.
+The closure's multipliers give generalised forces along the joints of its loop. The wrench has the
+same virtual work. It is determined only in directions that the closure constrains and in which the
+loop's joints do work. The joints of a planar loop never move its pin along the normal. So a force
+along the normal is undetermined.
 """
 
 from __future__ import annotations
@@ -30,9 +30,13 @@ from .spanning import TreeDynamics
 
 Work = list[dict[int, Scalar]]  # for each direction, by coordinate
 
-INDEPENDENT = 1e-7  # share of a direction's work that the directions before it must leave
-NEGLIGIBLE = 1e-30  # share that is far below the rounding of every share that counts
-MOVES = (0.0, 0.07, -0.11)  # [rad or m] off the reference, which may be a special place
+INDEPENDENT = 1e-7  # least share of a direction's work that is independent of the directions before
+NEGLIGIBLE = 1e-30  # share far below the rounding of any determined one
+MOVES = (
+    0.0,
+    0.07,
+    -0.11,
+)  # [rad or m] away from the reference, which may be symmetric
 TINY = 1e-300
 
 # directions: a force along x, y, z of the pin, then a moment about them
@@ -58,7 +62,7 @@ _NAMES = (
 
 @dataclass(frozen=True)
 class Pin:
-    """A closure's place and axes, and which of six directions it is taken to bear.
+    """A closure's place and axes, and the directions in which its wrench is determined.
 
     Attributes:
         name: name of the closure.
@@ -70,9 +74,9 @@ class Pin:
             closure's z axis.
         length: typical of the loop [m].
         loop: coordinates of the loop's joints.
-        borne: the directions.
-        silent: names of directions that the model cannot tell. The closure may transmit them, or
-            the joints of its loop bear them in its place.
+        borne: indices of the determined directions, of six.
+        silent: names of undetermined directions, in which either the closure or the joints of its
+            loop may bear the load.
     """
 
     name: str
@@ -89,7 +93,7 @@ class Pin:
     def work(self, tree: TreeDynamics) -> Work:
         """Work of a unit wrench on link a, against b, per unit rate of each joint.
 
-        One entry for each direction borne. Moments count per `length`.
+        One entry for each direction in `borne`. Moments are divided by `length`.
         """
         rotation = self._rotation(tree)
         place_a, place_b = self.ends(tree)
@@ -119,7 +123,7 @@ class Pin:
             generalised: forces along the joints of the loop, by coordinate.
 
         Returns:
-            Force and moment about the pin, in base axes, and how well they are settled: the
+            Force and moment about the pin in base axes, and how well they are determined: the
             determinant of the system, 1 at best, 0 where the wrench is undefined.
         """
         work = self.work(tree)
@@ -174,7 +178,7 @@ def find_pins(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> lis
 
 
 def _pin(tree: Tree, closure: Closure, configurations: Sequence[Configuration]) -> Pin:
-    """The pin of a closure, which bears what its loop tells at some configurations."""
+    """The pin of a closure; its determined directions are found at some configurations."""
     axes, silent = _axes(tree, closure)
     held = _HELD[closure.kind]
     pin = _pin_of_all_directions(tree, closure, axes)
@@ -192,7 +196,7 @@ def _pin(tree: Tree, closure: Closure, configurations: Sequence[Configuration]) 
 
 
 def _axes(tree: Tree, closure: Closure) -> tuple[Rotation, tuple[int, ...]]:
-    """Axes of a pin, rows in link a's frame, and directions that a planar loop cannot tell."""
+    """Axes of a pin as rows in link a's frame, and undetermined directions of a planar loop."""
     a = tree.body_index(closure.link_a)
     path_a, path_b, ancestor = tree.branches(a, tree.body_index(closure.link_b))
     try:

@@ -1,4 +1,4 @@
-"""What pins, joints and the foundation have to bear, with names."""
+"""Reactions of pins, joints and the foundation, by name."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ UNDEFINED = 1e-10  # share below which a pin's force would lose half its digits
 
 @dataclass(frozen=True, eq=False)
 class PinReaction:
-    """What a closure bears; a batch has a leading N. Base axes.
+    """The wrench in a closure, in base axes; a batch has a leading N.
 
     Attributes:
         place: (3,) the pin [m].
         force: (3,) [N] on link a, by link b.
         moment: (3,) [N m] about the pin, on link a.
         links: names of link a and link b.
-        silent: directions that the model cannot tell, in x, y, z of the pin. The rigid links do not
-            settle how a closure and the joints of its loop share them: they are taken to be borne
-            by the joints, and are in their wrenches. z is the normal of a planar loop.
-        share: how well force and moment follow from the forces along the joints, 1 at best. They
-            are NaN where this is 0 to working precision: where all bars of a parallelogram are in
-            line, a force along them could be any.
+        silent: undetermined directions, in x, y, z of the pin; z is the normal of a planar loop.
+            With rigid links, a closure and the joints of its loop may share such a load in any way.
+            It is assigned to the joints.
+        share: how well force and moment are determined by the forces along the joints, 1 at best.
+            They are NaN where this is 0 to working precision. An example is a parallelogram with
+            all bars in line: the force along them may have any value.
     """
 
     place: Array
@@ -48,14 +48,13 @@ class PinReaction:
 
 @dataclass(frozen=True, eq=False)
 class JointReaction:
-    """What a joint passes on to its link; a batch has a leading N. Base axes.
+    """The wrench that a joint transmits to its link, in base axes; a batch has a leading N.
 
     Attributes:
         place: (3,) origin of the link that the joint carries [m].
         force: (3,) [N] on that link, by the link before it.
-        moment: (3,) [N m] about the place. Along the joint's axis the force (moment) is that of the
-            actuator less friction, springs and what the rotor takes. It is zero for a passive joint
-            without them.
+        moment: (3,) [N m] about the place. Along the joint's axis, force or moment is that of the
+            actuator minus friction, springs and rotor. It is zero for a passive joint without them.
         links: names of the link before and of the link that the joint carries.
     """
 
@@ -66,7 +65,7 @@ class JointReaction:
 
 
 class Named(dict[str, T]):
-    """Values by name; the error for another name lists those that there are."""
+    """Values by name; the error for an unknown name lists all names."""
 
     def __init__(self, kind: str, values: Mapping[str, T]) -> None:
         super().__init__(values)
@@ -80,7 +79,7 @@ class Named(dict[str, T]):
 class Reactions(Picklable):
     """All reactions at a state and acceleration; a batch has a leading N.
 
-    Other names than those of the robot raise UnknownNameError, a KeyError.
+    An unknown name raises UnknownNameError, a KeyError.
 
     Attributes:
         tau: (n,) actuator forces [N m, N].
@@ -108,7 +107,7 @@ def named_reactions(
     """The flat results of the program with their names.
 
     Args:
-        values: results of `programs.reactions`. What no pin force settles becomes NaN in place.
+        values: results of `programs.reactions`; undetermined ones are set to NaN in place.
         pins: the pins of the program.
         tree: the spanning tree.
         closures: the closures of the pins.
@@ -136,7 +135,7 @@ def named_reactions(
 def _empty(
     values: Mapping[str, Array], undefined: NDArray[np.bool_], pins: Sequence[Pin], tree: Tree
 ) -> None:
-    """NaN in the pins that are not settled, and in the joints between their bodies."""
+    """Set undetermined pins, and the joints between their bodies, to NaN."""
     for key in ("pin_forces", "pin_moments"):
         values[key][undefined] = np.nan
     for k, pin in enumerate(pins):

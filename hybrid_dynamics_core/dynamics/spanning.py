@@ -1,7 +1,7 @@
 """The spanning tree as an open chain: poses, Jacobian and recursive Newton-Euler, over any scalar.
 
-Everything is in link frames. A rotation takes link coordinates to the parent's, or to the base's
-where it says so.
+All quantities are in link frames. A rotation takes link coordinates to those of the parent, or of
+the base where a name says so.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class TreeDynamics:
             omega, alpha, accel = ZERO3, ZERO3, scale(-1.0, gravity)
             if body.parent >= 0:
                 omega, alpha, accel = motions[body.parent]
-            # acceleration of the parent where this body has its origin, in the parent's axes
+            # acceleration of the parent at this body's origin, in the parent's axes
             tangential = cross(alpha, r)
             centripetal = cross(omega, cross(omega, r))
             accel = add(accel, add(tangential, centripetal))
@@ -119,7 +119,7 @@ class TreeDynamics:
             omega = matvec(to_child, omega)
             alpha = matvec(to_child, alpha)
             accel = matvec(to_child, accel)
-            # then what the joint adds
+            # then the part of the joint
             rate = scale(ds[body.coordinate], body.axis)
             acceleration = scale(dds[body.coordinate], body.axis)
             if body.is_revolute:
@@ -142,7 +142,8 @@ class TreeDynamics:
             applied: wrenches that act on bodies from elsewhere, by body.
 
         Returns:
-            For each body: what it and all bodies behind it need, less what is applied to them.
+            For each body, the wrenches that it and all bodies behind it need, minus those applied
+            to them.
         """
         wrenches = list(needed)
         for i, wrench in (applied or {}).items():
@@ -155,7 +156,7 @@ class TreeDynamics:
         return wrenches
 
     def to_parent(self, body: int, wrench: Wrench) -> Wrench:
-        """A wrench on a body, taken about the parent's origin and in the parent's axes."""
+        """A wrench on a body, about the parent's origin and in the parent's axes."""
         rotation, origin = self.transforms[body]
         force = matvec(rotation, wrench[0])
         moment = add(matvec(rotation, wrench[1]), cross(origin, force))

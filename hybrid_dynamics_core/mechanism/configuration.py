@@ -76,7 +76,7 @@ class Configuration:
 
 
 def with_turns(angle: Scalar, near: Scalar) -> Scalar:
-    """The angle and as many whole turns that it is within half a turn of `near` [rad]."""
+    """The angle plus the whole turns that bring it within half a turn of `near` [rad]."""
     turns = rint((near - angle) * (1.0 / TURN))
     return angle + turns * TURN
 
@@ -84,7 +84,7 @@ def with_turns(angle: Scalar, near: Scalar) -> Scalar:
 def given_configuration(
     tree: Tree, values: Mapping[int, Scalar], charts: Scalars | None = None
 ) -> Configuration:
-    """A configuration with some coordinates set, from any scalars.
+    """A configuration with some coordinates set, over any scalar type.
 
     Args:
         tree: the spanning tree.

@@ -8,7 +8,7 @@ from ..ground.arrays import Array
 
 
 def parallel_axis_term(mass: float, com: Array) -> Array:
-    """What the inertia about the origin has more than that about the centre of mass.
+    """Inertia about the origin minus inertia about the centre of mass (parallel axis theorem).
 
     Args:
         mass: [kg].

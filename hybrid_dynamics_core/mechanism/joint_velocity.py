@@ -1,8 +1,8 @@
-"""Velocities of joints in which ball and free joints have their angular velocity.
+"""Joint velocities, with the angular velocity of ball and free joints.
 
-The rates of three turns are no velocity that friction or a rotor could feel. Here they become the
-angular velocity of the child relative to its parent, in the axes that the turns carry; forces along
-its components become forces along the coordinates. All other joints keep their rates.
+Friction and rotors act on angular velocity, not on the rates of three angles. So these rates become
+the angular velocity of the child relative to its parent, in child axes. Torques along its
+components become forces along the coordinates. All other joints keep their rates.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .tree import Tree
 
 
 def joint_velocities(tree: Tree, configuration: Configuration, rates: Scalars) -> list[Scalar]:
-    """Rates along s (n_s,), those of three turns as angular velocity."""
+    """Rates (n_s,) of all joints; three angles of a joint give its angular velocity."""
     result = list(rates)
     for places in tree.turns:
         omega = ZERO3
@@ -29,7 +29,7 @@ def joint_velocities(tree: Tree, configuration: Configuration, rates: Scalars) -
 def joint_bias(
     tree: Tree, configuration: Configuration, first: Scalars, second: Scalars
 ) -> list[Scalar]:
-    """What `joint_velocities` changes by with s'' = 0 (n_s,), as a bilinear form of two rates."""
+    """Rate of `joint_velocities` (n_s,) at s'' = 0, as a bilinear form of two rates."""
     result: list[Scalar] = [0.0] * len(first)
     for places in tree.turns:
         pair = [[rates[k] for k in places] for rates in (first, second)]
@@ -41,14 +41,14 @@ def joint_bias(
 def joint_accelerations(
     tree: Tree, configuration: Configuration, dds: Scalars, ds: Scalars, other: Scalars
 ) -> list[Scalar]:
-    """Accelerations along s (n_s,), those of three turns as angular acceleration.
+    """Accelerations (n_s,) of all joints; three angles of a joint give its angular acceleration.
 
     Args:
         tree: the spanning tree.
         configuration: all coordinates.
         dds: s''.
         ds: s'.
-        other: s' too, but for the columns of a matrix: the term is bilinear.
+        other: s' again, or another rate: the bias is bilinear in both.
     """
     accelerations = joint_velocities(tree, configuration, dds)
     if not tree.turns:
@@ -57,7 +57,7 @@ def joint_accelerations(
 
 
 def forces_along(tree: Tree, configuration: Configuration, forces: Scalars) -> list[Scalar]:
-    """Forces along s (n_s,) of forces along the components of `joint_velocities`."""
+    """Forces along s (n_s,) from forces along the components of `joint_velocities`."""
     result = list(forces)
     for places in tree.turns:
         moment = tuple(forces[k] for k in places)

@@ -1,4 +1,4 @@
-"""Mass and inertia of a whole mechanism, the same in whatever frames it is written."""
+"""Mass and inertia of a whole mechanism, independent of the choice of link frames."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def total_mass(tree: Tree) -> float:
 
 
 def total_inertia(tree: Tree, configuration: Configuration) -> float:
-    """The largest inertia that all moving links together have about one of the hinges.
+    """The largest inertia of all moving links together about any hinge.
 
-    Each link counts with the sum of its three moments about its own centre of mass. So neither the
-    place of the base counts, nor where on its axis a hinge has its frame.
+    Each link adds the trace of its inertia about its centre of mass. So the result depends neither
+    on the place of the base, nor on where a hinge's frame lies along its axis.
 
     Args:
         tree: the spanning tree.

@@ -33,7 +33,8 @@ class Body:
         first_moment: m c [kg m], about the link origin, in link axes.
         inertia: [kg m^2], about the link origin, in link axes.
         limits: lower and upper limit of the joint [rad or m].
-        chart: which of the tree's charts its orientation at zero depends on, None for most.
+        chart: index in the tree's charts of the one that its zero orientation depends on, else
+            None.
     """
 
     name: str
@@ -110,8 +111,7 @@ class Tree:
         """Where the paths to two bodies part.
 
         Returns:
-            The bodies of either path beyond the last one they share, and that body, -1 for the
-            base.
+            The bodies of each path beyond the last common one, and that body (-1 for the base).
         """
         path_a = self.path(a)
         path_b = self.path(b)

@@ -1,4 +1,4 @@
-"""The model's answers as programs over scalars: closure, kinematics and minimal-form dynamics.
+"""Closure, kinematics and minimal-form dynamics as programs over scalars.
 
 A program takes named vectors of scalars and returns named outputs with the checks that guard them.
 It runs on floats as it is, on arrays (one array a scalar), or traced into a kernel. Chu (2020)

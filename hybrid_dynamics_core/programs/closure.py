@@ -10,7 +10,7 @@ from ..kernels.trace import Check, Results
 from .model import AT_STATE, Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind
 
-# residual, in lengths of the loop, beyond which a redundant equation is open
+# residual, in lengths of the loop, above which a redundant equation does not hold
 OPEN = 1e-6
 SINGULAR = 1e-5  # reciprocal condition below which rates would lose half their digits
 
@@ -43,7 +43,7 @@ def unreachable(block: int) -> int:
 def closed_outputs(
     motion: ClosedMotion, n: int, ds: list[Scalar], distances: list[Scalar]
 ) -> dict[str, Any]:
-    """What a closed state of a robot is made of.
+    """The outputs from which a `ClosedState` is built.
 
     Args:
         motion: the closed motion.

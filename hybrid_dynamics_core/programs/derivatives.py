@@ -1,4 +1,4 @@
-"""Derivatives of inverse and forward dynamics: exact, from the text of the programs themselves."""
+"""Exact derivatives of inverse and forward dynamics, by differentiation of their programs."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
 
 
 def _constants(u: Scalars, count: int) -> list[Symbol]:
-    """Symbols for accelerations that do not change with u: inputs that no kernel has."""
+    """Placeholder symbols for accelerations, held constant while differentiating by u."""
     graph: Graph = next(x.graph for x in u)
     return [graph.input(-1, k) for k in range(count)]
 

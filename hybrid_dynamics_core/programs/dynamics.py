@@ -21,7 +21,7 @@ from .model import (
 
 
 class Dynamics:
-    """The closed mechanism at a state, with its loads: what all dynamic programs start from.
+    """The closed mechanism at a state, with its loads; all dynamic programs start from it.
 
     Attributes:
         motion: the closed motion.
@@ -57,7 +57,7 @@ class Dynamics:
         return self.motion.accelerations([0.0] * self.n, self.ds)
 
     def mass_matrix(self) -> list[list[Scalar]]:
-        """M-bar = R^T M R (n, n), column by column; of each pair of equal entries one is taken."""
+        """M-bar = R^T M R (n, n), column by column; the upper triangle mirrors the lower one."""
         columns: Rows = []
         for column in columns_of(self.motion):
             forces = self.loaded.inertial_forces(column)
@@ -86,7 +86,7 @@ def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
 
 
 def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for tau and all that a closed state is made of: what one sample of a motion says."""
+    """Program for tau and the outputs of a closed state, for samples of a motion."""
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
@@ -123,7 +123,7 @@ def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
 
 
 def passive_forces(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for what friction, springs and wrenches take of tau at rest or in motion."""
+    """Program for the part of tau that balances friction, springs and wrenches."""
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)

@@ -1,4 +1,4 @@
-"""Energy, and the power that changes it: what a simulation is watched with."""
+"""Energy and power, for the balance of a simulation."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def energy(pattern: LoadPattern = NOTHING) -> Program:
 
 
 def motion(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for u'' from tau, and for the power in.
+    """Program for u'' from tau, and for the power that is put in.
 
     The power is that of actuators and applied wrenches, less that of friction.
     """

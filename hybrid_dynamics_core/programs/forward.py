@@ -1,8 +1,8 @@
 """Accelerations from efforts, without the idle coordinates that move no mass.
 
-A rod between two balls can spin about itself. Where it is so thin that this moves no mass, nothing
-tells how fast the spin changes, and nothing else needs to know it: its acceleration is taken as
-zero, and its equation is left out.
+A rod between two ball joints can spin about its own axis. A thin rod has no inertia about it, so
+this acceleration is undetermined and has no effect. It is set to zero, and its equation is left
+out.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from .dynamics import Dynamics, columns_of
 from .model import AT_EFFORT, Inputs, Model, Program, with_loads
 from .outcome import Outcome, OutcomeKind
 
-# share of the robot's own scale of inertia below which a pivot of M-bar is rounding
+# a pivot of M-bar below this share of the robot's scale of inertia is rounding
 SINGULAR_MASS = 1e-13
 MASS_SINGULAR = Outcome(OutcomeKind.MASS_SINGULAR).encode()
-# share of the robot's own scale of force below which a force is rounding
+# a force below this share of the robot's scale of force is rounding
 NO_FORCE = 1e-9
-# share of a motion, in scales of inertia, below which a coordinate has no part in it
+# a coordinate below this share of a motion, in scales of inertia, takes no part in it
 NO_PART = 1e-6
 TINY = 1e-300  # a robot without any force or inertia has no scale
 
@@ -81,14 +81,14 @@ def solve_motion(
 
 
 class InertiaScales:
-    """What the inertia of each coordinate would be if it moved the whole robot.
+    """Scale of the inertia of each coordinate: as if it moved the whole robot.
 
-    They are the scales of the rounding of M-bar.
+    Rounding of M-bar is judged by these scales.
 
     Attributes:
         mass: of all moving links [kg].
         along_s: of all coordinates (n_s,) [kg m^2, kg].
-        active: of the active ones (n,), with all that they move.
+        active: of the active ones (n,), with the passive joints that they move.
     """
 
     def __init__(self, model: Model, motion: ClosedMotion) -> None:
@@ -108,17 +108,17 @@ class InertiaScales:
 
 def _is_above(value: Scalar, limit: float) -> Scalar:
     """1 where a value is above a limit, 0 where it is not."""
-    share = value / (absolute(value) + limit)  # above a half where it is
+    share = value / (absolute(value) + limit)  # above a half if the value is above the limit
     return rint(0.5 * (share + absolute(share)))
 
 
 def _moves_no_other(mass: Definite, i: int, idle: Collection[int], scales: Scalars) -> Check:
-    """That the motion without mass, for which a coordinate is left out, moves no driven one.
+    """Check that the massless motion of a dropped coordinate moves no driven coordinate.
 
     Args:
         mass: M-bar.
         i: the coordinate.
-        idle: the coordinates that may be left out.
+        idle: the coordinates that may be dropped.
         scales: of the inertia of the active coordinates (n,).
     """
     part: Scalar = 0.0
@@ -130,7 +130,7 @@ def _moves_no_other(mass: Definite, i: int, idle: Collection[int], scales: Scala
 
 
 def _has_no_force(mask: Scalar, force: Scalar, limit: Scalar) -> Check:
-    """That no force, whose square is beyond a limit, acts along a coordinate that is left out."""
+    """Check that no force acts along a dropped coordinate: its square is below the limit."""
     excess = (1.0 - mask) * (force * force)
     return Check(limit + TINY - excess, 0.0, MASS_SINGULAR)
 
@@ -138,9 +138,9 @@ def _has_no_force(mask: Scalar, force: Scalar, limit: Scalar) -> Check:
 def _square_of_forces(
     dynamics: Dynamics, scales: InertiaScales, forces: Scalars, tau: Scalars
 ) -> Scalar:
-    """Square of the forces on a robot, over the inertia that they act on.
+    """Sum of squared forces on a robot, each over the inertia that it acts on.
 
-    Forces may cancel each other: weight and inertia count by themselves too.
+    Weight and inertia also count separately, since they may cancel in the sum.
     """
     pairs = [*zip(forces, scales.along_s, strict=True), *zip(tau, scales.active, strict=True)]
     total: Scalar = scales.mass * dot(dynamics.gravity, dynamics.gravity)

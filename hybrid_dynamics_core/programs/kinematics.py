@@ -43,7 +43,7 @@ def jacobian(frame: Frame) -> Program:
 
 
 def pose_and_jacobian(frame: Frame) -> Program:
-    """Program for both, which is what a step of inverse kinematics needs."""
+    """Program for pose and Jacobian together, for the steps of inverse kinematics."""
 
     def run(model: Model, x: Inputs) -> Results:
         motion, checks, _ = closed_motion(model, x)

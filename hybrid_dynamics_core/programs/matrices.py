@@ -19,9 +19,8 @@ Matrix = list[list[Scalar]]
 def velocity_map_rate(motion: ClosedMotion, ds: Scalars) -> Matrix:
     """The columns of R'.
 
-    R' x is the bias acceleration of two motions, s' and R x. It is symmetric and bilinear in them,
-    since J_s is itself a derivative. It follows from the bias q(s') = R' u' of one motion:
-    q(a, b) = (q(a + b) - q(a - b)) / 4.
+    The bias q(s') = R' u' is a quadratic form of s', and R' x is its bilinear form of s' and R x.
+    Polarisation gives it: q(a, b) = (q(a + b) - q(a - b)) / 4.
     """
     still: list[Scalar] = [0.0] * len(motion.given)
     rates: Matrix = []

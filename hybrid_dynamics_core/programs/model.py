@@ -1,4 +1,4 @@
-"""What every program works on: the model of a robot and named input vectors."""
+"""The common ground of all programs: the model of a robot, and named input vectors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GRAVITY = 3
 
 @dataclass(frozen=True)
 class Model:
-    """What the programs compute with.
+    """The constants of a robot that programs read.
 
     Attributes:
         tree: the spanning tree.
@@ -43,7 +43,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Inputs(LoadValues):
-    """Input vectors, of which a program has those that it names.
+    """Input vectors; a program has only those that it names.
 
     Attributes:
         u: active coordinates (n,) [rad, m].
@@ -69,12 +69,12 @@ ProgramText = Callable[[Model, Inputs], Results]
 
 @dataclass(frozen=True)
 class Program:
-    """A text that computes named outputs from named inputs.
+    """A function that computes named outputs from named inputs.
 
     Attributes:
         inputs: names of its input vectors, in order.
-        run: the text.
-        sizes: lengths of the inputs that the model does not know.
+        run: the function.
+        sizes: lengths of the inputs that do not follow from the model.
     """
 
     inputs: tuple[str, ...]
@@ -90,7 +90,7 @@ class Program:
 
         Args:
             model: the robot.
-            label: what people are told while it is compiled.
+            label: its name in messages while it is compiled.
         """
 
         def run(*vectors: Scalars) -> Results:

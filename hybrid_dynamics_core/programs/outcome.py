@@ -18,7 +18,7 @@ NO_BLOCK = -1
 
 
 class OutcomeKind(IntEnum):
-    """What became of a state."""
+    """The kinds of outcome of a computation."""
 
     CLOSED = 0
     UNREACHABLE = 1
@@ -38,13 +38,13 @@ _KINDS = {code: kind for kind, code in _CODES.items()}
 
 
 class Outcome(NamedTuple):
-    """What became of a state, and the block of the closure plan that decided it.
+    """Outcome of a computed state, and the block of the closure plan that decided it.
 
     Attributes:
-        kind: what became of the state.
+        kind: solved, or why not.
         block: index of the block for UNREACHABLE and SINGULAR, `NO_BLOCK` for the other kinds.
-            The plan may have n blocks. Index n then means frames that are turned half round.
-            Index n + 1 means redundant equations that are not satisfied.
+            With n blocks, index n stands for frames that are turned by half a turn, and index n + 1
+            for redundant equations that do not hold.
     """
 
     kind: OutcomeKind

@@ -20,14 +20,14 @@ from .model import AT_ACCELERATION, Inputs, Model, Program, with_loads
 
 
 class _PinWrench(NamedTuple):
-    """What a pin bears on its link a, in base axes.
+    """The wrench that a pin exerts on its link a, in base axes.
 
     Attributes:
         pin: the pin.
         place: where it is (3,) [m].
         force: (3,) [N].
         moment: about the place (3,) [N m].
-        share: how well they are settled, from 0 to 1.
+        share: how well force and moment are determined, from 0 to 1.
     """
 
     pin: Pin
@@ -45,8 +45,8 @@ class _PinWrench(NamedTuple):
 def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau and the wrenches in closures and joints, in base axes.
 
-    The multipliers carry over from the equations that close the loops to the pins by equal work.
-    The joints bear what those of the open tree would, less what the pins bear in their place.
+    Equal virtual work converts the multipliers of the loop equations into forces at the pins. A
+    joint bears its wrench in the open tree, minus that of the pins that share its load.
     """
 
     def run(model: Model, x: Inputs) -> Results:
@@ -100,9 +100,9 @@ def _solved(pin: Pin, tree: TreeDynamics, generalised: Mapping[int, Scalar]) -> 
 def _shift_to_pin(
     tree: Tree, wrench: _PinWrench, joints: list[Wrench], origins: Sequence[Vector]
 ) -> None:
-    """Take from the joints of a loop what its pin bears in their place.
+    """Subtract the wrench of a pin from the joints of its loop.
 
-    Link a's side of the loop is relieved of it, link b's side has it too.
+    The joints on link a's side are relieved of it, those on link b's side bear it too.
     """
     side_a, side_b, _ = tree.branches(wrench.pin.body_a, wrench.pin.body_b)
     for i in side_a:
@@ -112,7 +112,7 @@ def _shift_to_pin(
 
 
 def _on_base(tree: Tree, joints: Sequence[Wrench], origins: Sequence[Vector]) -> list[Scalar]:
-    """Force and moment about the base origin of all that stands on the base, its pins included."""
+    """Force and moment about the base origin on the base, from its joints and pins."""
     force, moment = ZERO3, ZERO3
     for body, (joint_force, joint_moment), origin in zip(tree.bodies, joints, origins, strict=True):
         if body.parent < 0:
@@ -124,7 +124,7 @@ def _on_base(tree: Tree, joints: Sequence[Wrench], origins: Sequence[Vector]) ->
 def generalised_forces(
     motion: ClosedMotion, multipliers: list[list[Scalar]]
 ) -> dict[str, dict[int, Scalar]]:
-    """The forces along the joints that the equations of closures and their multipliers stand for.
+    """The generalised forces along joints of the multipliers of each closure.
 
     Args:
         motion: the closed motion.

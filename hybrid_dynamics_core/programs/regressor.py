@@ -16,7 +16,7 @@ from ..mechanism.joint_velocity import joint_accelerations, joint_velocities
 from .dynamics import Dynamics, columns_of
 from .model import AT_ACCELERATION, Inputs, Model, Program
 
-# unit inertias: the entries of the parameters Jxx, Jxy, Jxz, Jyy, Jyz, Jzz at one
+# unit inertias: the matrix of each parameter Jxx, Jxy, Jxz, Jyy, Jyz, Jzz
 _UNIT_INERTIAS: tuple[Rotation, ...] = (
     ((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
     ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
@@ -30,8 +30,8 @@ _UNIT_INERTIAS: tuple[Rotation, ...] = (
 def regressor(parameters: Parameters) -> Program:
     """Program for Y (n, p).
 
-    A body's wrench is linear in its ten parameters. tau is its work over the body's motions per
-    unit rate of each active coordinate, for which R carries the loops.
+    A body's wrench is linear in its ten parameters. Its power over the body's twist per unit rate
+    of an active coordinate is a term of tau. These twists come from R.
     """
 
     def run(model: Model, x: Inputs) -> Results:
@@ -86,7 +86,7 @@ _UNIT_FORCES: dict[str, Callable[[Scalar, Scalar, Scalar], Scalar]] = {
 
 
 def unit_wrenches(motion: BodyMotion) -> list[Wrench]:
-    """The wrench of a body for each of its ten parameters at one, the others zero."""
+    """The wrench of a body for each of its ten parameters, set to one while the others are zero."""
     omega, alpha, accel = motion
     wrenches: list[Wrench] = [(accel, ZERO3)]
     for unit in IDENTITY3:

@@ -1,4 +1,4 @@
-"""One angle from the others of a sum of angles: parallel links, parallelograms."""
+"""One angle from the others in an equation of angles: parallel links, parallelograms."""
 
 from __future__ import annotations
 

@@ -22,9 +22,9 @@ class BlockSolver(ABC):
         equations: its part of J_z.
         unknowns: the coordinates it solves for, as many as there are equations.
         modes: names of its assembly modes, the first for the branch sign +1, the second for -1.
-        iterates: the margin is a number of iterations and the modes have no closed form.
-        modes_fixed: the mode that the plan chose is kept: another one moves no link elsewhere.
-        needs_mode: the file must name the mode. Otherwise the one nearest to zero is taken.
+        iterates: whether it is solved by iteration; the margin is then the number of iterations.
+        modes_fixed: the mode that the plan chose is kept, since another one gives the same poses.
+        needs_mode: whether the file must name the mode; if not, the one nearest to zero is taken.
     """
 
     equations: tuple[Equation, ...]
@@ -52,7 +52,7 @@ class BlockSolver(ABC):
 
     @property
     def counted_turns(self) -> frozenset[int]:
-        """Coordinates of which a whole turn is not the same place again, as of gears."""
+        """Coordinates whose whole turns change the equations, such as those of gears."""
         return frozenset().union(*(equation.loop.counted_turns for equation in self.equations))
 
     @property
@@ -68,7 +68,7 @@ class BlockSolver(ABC):
             configuration: coordinates, with all `inputs` set.
             branch: sign of the assembly mode, +1 or -1.
             guess: all coordinates s (n_s,) of a configuration nearby [rad, m]. Iterations start
-                there, and angles are taken with as many whole turns that they are nearest to it.
+                there, and angles are within half a turn of it.
 
         Returns:
             The margin, dimensionless. It is positive where the block closes, negative or NaN where

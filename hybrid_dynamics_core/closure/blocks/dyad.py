@@ -1,8 +1,8 @@
 """Planar loops with two unknown joints: a dyad, closed by a triangle or, for two slides, linearly.
 
-Notation: with both unknowns on one chain the loop closes when P1 + R1 (v + R2 w) = C, with one on
-each chain when P1 + R1 w1 = P2 + R2 w2. P are pivots, R plane rotations, C the end of the chain
-without unknowns. Directions come as (cos, sin); angles follow from them.
+Notation: with both unknowns on one chain the loop closes if P1 + R1 (v + R2 w) = C. With one on
+each chain it closes if P1 + R1 w1 = P2 + R2 w2. P are pivots, R plane rotations, C the end of the
+chain without unknowns. Directions are solved as (cos, sin), and angles follow from them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class DyadBlock(BlockSolver):
 def _set_turn(
     configuration: Configuration, joint: PlanarJoint, c: Scalar, s: Scalar, guess: Scalars
 ) -> None:
-    """Set an unknown revolute joint from its turn about the loop's normal."""
+    """Set an unknown revolute joint from its rotation about the loop's normal."""
     k = joint.coordinate
     configuration.set_direction(k, c, joint.sign * s, guess[k])
 
@@ -94,7 +94,7 @@ class TwoRevolute(DyadBlock):
 
 
 def _triangle(v: Vector, w: Vector, twice: Scalar, branch: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """The turn R of w with 2 v . (R w) = `twice`; from v to R w is counterclockwise if branch = 1.
+    """The rotation R with 2 v . (R w) = `twice`; branch 1 puts R w counterclockwise of v.
 
     Returns:
         Its cosine, its sine and the margin: sin^2 of the angle between v and R w.
@@ -111,7 +111,7 @@ def _triangle(v: Vector, w: Vector, twice: Scalar, branch: Scalar) -> tuple[Scal
 
 
 def _turn_from(a: Vector, b: Vector) -> tuple[Scalar, Scalar]:
-    """Cosine and sine of the turn that takes a to b, equally long."""
+    """Cosine and sine of the rotation that takes a to b, two vectors of one length."""
     squared = dot(a, a)
     return dot(a, b) / squared, cross2(a, b) / squared
 

@@ -21,10 +21,10 @@ class _OpenLeg(NamedTuple):
     """A leg with its unknown joint at zero, where |x| = |y| must hold.
 
     Attributes:
-        x: vector with the end that the unknown joint moves: it grows with that end.
+        x: the vector that the unknown joint moves.
         y: vector that does not depend on the unknown.
-        end: end of the chain of the unknown joint.
-        joint: that joint.
+        end: end of the chain that has the unknown joint.
+        joint: the unknown joint.
     """
 
     x: Vector
@@ -164,7 +164,7 @@ def _turned(body: Body, v: Vector, c: Scalar, s: Scalar) -> Vector:
 
 
 def _turn_to_height(body: Body, v: Vector, axis: Vector, height: Scalar, branch: Scalar) -> Turn:
-    """The joint's angle at which v, carried by the body, has the given component along `axis`.
+    """Solve for the joint angle at which v, fixed to the body, has a given component along `axis`.
 
     Returns:
         Its cosine, its sine and the margin.

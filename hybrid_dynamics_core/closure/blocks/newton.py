@@ -1,4 +1,4 @@
-"""Any block without a closed form: Newton's method from a guess, with bounded iterations."""
+"""Blocks without a closed form: Newton's method from a guess, with bounded iterations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .block_solver import BlockSolver
 
 
 class NewtonBlock(BlockSolver):
-    """Equations of any loops, solved together. The branch is where the guess leads."""
+    """Equations of any loops, solved together. The guess decides the assembly mode."""
 
     modes = ("reference",)
     iterates = True
@@ -43,7 +43,7 @@ class NewtonBlock(BlockSolver):
         return iterations
 
     def residuals_and_jacobian(self, unknowns: Scalars, parameters: Scalars) -> list[Scalar]:
-        """What Newton's method iterates: the residuals, then the Jacobian row by row."""
+        """The function that Newton's method calls: residuals, then the Jacobian row by row."""
         configuration = self._configuration(unknowns, parameters)
         residuals: list[Scalar] = []
         entries: list[Scalar] = []
@@ -56,7 +56,7 @@ class NewtonBlock(BlockSolver):
         return [*residuals, *entries]
 
     def _configuration(self, unknowns: Scalars, parameters: Scalars) -> Configuration:
-        """The configuration of the block's coordinates alone."""
+        """A configuration with only the block's coordinates set."""
         configuration = Configuration(1 + max((*self._inputs, *self.unknowns)))
         remaining = iter(parameters)
         for k in self._inputs:

@@ -1,4 +1,4 @@
-"""Which block closes in closed form: the patterns in order, then Newton for all others.
+"""The choice of a solver for each block: closed forms in order, then Newton for all others.
 
 A new closed form is a BlockSolver and one function here.
 """
@@ -27,13 +27,14 @@ from .three_spheres import ThreeSpheresBlock, slides_only
 
 @dataclass(frozen=True)
 class Context:
-    """What the patterns need to know of the robot.
+    """The data of a robot that the patterns read.
 
     Attributes:
         tree: its spanning tree.
         closures: its closures by name.
-        near: values that the reference gives, by coordinate [rad, m].
-        named: the modes that the file names count. They do for the active coordinates only.
+        near: values of the reference, by coordinate [rad, m].
+        named: whether modes named in the file are used. True only if the given coordinates are the
+            active ones.
     """
 
     tree: Tree

@@ -25,9 +25,9 @@ class ThreeSpheresBlock(BlockSolver):
         self.unknowns = unknowns
 
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
-        """Intersect the spheres about the places where each leg alone would put the platform.
+        """Intersect three spheres about the displacements at which one leg has no length.
 
-        The margin is sin^2 of the height over the plane of their centres.
+        The margin is the squared sine of the elevation above the plane of the centres.
         """
         start = configuration.with_zeros(self.unknowns)
         centres: list[Vector] = []

@@ -1,1 +1,1 @@
-"""Loop-closure equations: what a closure, a mimic or a leg demands of the coordinates."""
+"""Loop-closure equations of closures, mimic joints and legs."""

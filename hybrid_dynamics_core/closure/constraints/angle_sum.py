@@ -44,12 +44,12 @@ class AngleSum(LoopEquations):
         return marks
 
     def gaps(self, configuration: Configuration) -> list[float]:
-        """The angle itself: its sine vanishes at half a turn too, where a search would stay."""
+        """The angle itself, since its sine also vanishes at half a turn."""
         cosine, sine = self._direction(configuration)
         return [math.atan2(float(sine), float(cosine))]
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
-        """Parallel, not opposed."""
+        """The cosine of the sum: positive if parallel, negative if opposed."""
         cosine, _ = self._direction(configuration)
         return [cosine]
 

@@ -1,4 +1,4 @@
-"""What every loop closure says of itself: equations, Jacobian and bias at any configuration."""
+"""The interface of loop closures: equations, Jacobian and bias at any configuration."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class LoopEquations(ABC):
     name: str
     length: float
     involved: tuple[frozenset[int], ...]
-    # coordinates of which a whole turn is not the same place again
+    # coordinates whose whole turns change the equations
     counted_turns: frozenset[int] = frozenset()
-    has_length = True  # angles alone have none
+    has_length = True  # False for equations of angles alone
 
     @property
     def size(self) -> int:
@@ -67,28 +67,26 @@ class LoopEquations(ABC):
     def extent(self, configuration: Configuration) -> float:
         """Largest distance [m] between joint axes and pins of the loop; 0 where it has none.
 
-        It belongs to the mechanism: no origin of a frame and no zero of a joint changes it. The
-        configuration holds floats.
+        It does not depend on frame origins or joint zeros. The configuration holds floats.
         """
         return 0.0
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
-        """Numbers that are equal where two sets of joint values put the links at one place."""
+        """Numbers that are equal for two sets of joint values if the links have the same poses."""
         return []
 
     def gaps(self, configuration: Configuration) -> list[float]:
-        """How far each equation is from closed, for a search from afar.
+        """How far each equation is from closed, for searches that start far away.
 
-        The residuals, unless these vanish at places that the guards refuse. The configuration holds
-        floats.
+        They are the residuals, unless these vanish where the guards are negative. The configuration
+        holds floats.
         """
         return [float(residual) for residual in self.linearise(configuration).residual]
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
         """Scalars that must be positive where the equations hold.
 
-        They refuse solutions of the equations that do not close the loop, such as a frame turned
-        half round.
+        They exclude solutions that do not close the loop, such as a frame turned by half a turn.
         """
         return []
 

@@ -26,7 +26,7 @@ def loop_equations(
     Args:
         tree: the spanning tree.
         robot: its description.
-        unknowns: the equations take the form that splits best for these coordinates.
+        unknowns: coordinates to solve for. Equations of legs are split to suit them.
 
     Returns:
         Equations of the closures, then of the joints that follow others.
@@ -74,7 +74,7 @@ def _as_parallelogram(
 
 
 def _spatial(closure: Closure, chains: Chains, private: frozenset[int]) -> list[LoopEquations]:
-    """The equations of a loop in space; a leg on a universal joint has them split."""
+    """The equations of a spatial loop, split if a leg stands on a universal joint."""
     first, second = chains
     if closure.kind == "point":
         for leg, target in ((first, second), (second, first)):

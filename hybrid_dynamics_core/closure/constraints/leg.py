@@ -1,8 +1,8 @@
-"""A leg on a universal joint: two revolute joints whose axes meet, then what carries the leg's end.
+"""A leg on a universal joint, whose two axes meet in a point O.
 
-The distance from the meeting point to the end does not depend on the two angles. So a point closure
-splits into one equation of distance, without them, and two of direction. Platform and legs then
-close one after the other.
+The distance from O to the leg's end does not depend on the two angles. So a point closure splits
+into one equation of distance, without the angles, and two of direction. The platform is solved
+first, then each leg.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Pivot:
 
     @property
     def leg_has_length(self) -> bool:
-        """Whether the leg can be longer than nothing; a leg that ends in O has no direction."""
+        """Whether the leg can have a length above zero; a leg that ends in O has no direction."""
         if any(not body.is_revolute for body in self.after.bodies):
             return True
         first, *others = [*(body.translation for body in self.after.bodies), self.after.point]
@@ -59,7 +59,7 @@ class Pivot:
 
 
 def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
-    """The first universal joint of a chain, of two coordinates that are both in `only`."""
+    """The first universal joint of a chain whose two coordinates are both in `only`."""
     for k, (first, second) in enumerate(pairwise(chain.bodies)):
         if not {first.coordinate, second.coordinate} <= only:
             continue
@@ -77,7 +77,7 @@ def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
 
 
 def _meeting_point(first: Body, second: Body) -> tuple[Vector, Vector] | None:
-    """Where two axes meet: before the first joint, and in the second body's frame."""
+    """Meeting point of two axes, in the frame before the first joint and in the second body's."""
     a = np.array(first.axis)
     b = np.array(second.rotation) @ np.array(second.axis)
     offset = np.array(second.translation, dtype=float)
@@ -153,9 +153,9 @@ class Distance(LoopEquations):
 
 
 class Direction(LoopEquations):
-    """The two other parts of the point closure.
+    """The two equations of direction of a point closure.
 
-    They are taken along the motions that the two angles of the pivot give to the leg's end.
+    The gap is projected onto the velocities that the pivot's two angles give to the leg's end.
     """
 
     def __init__(self, name: str, pivot: Pivot, leg: Chain, target: Chain) -> None:
@@ -182,7 +182,7 @@ class Direction(LoopEquations):
     def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """The difference of the accelerations, projected.
 
-        The rates of the directions are multiplied by a gap that is closed.
+        Rates of the directions drop out, since they are multiplied by the gap, which is zero.
         """
         leg = self.leg.at(configuration)
         target = self.target.at(configuration)

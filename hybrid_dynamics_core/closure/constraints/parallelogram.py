@@ -1,7 +1,7 @@
 """Parallelograms: opposite bars stay parallel, so the angles are linear in each other.
 
-Solved as a general four-bar, the same loop has a change point where all bars are in line. Newton or
-a circle intersection can leave it there on the anti-parallelogram. The linear relations cannot.
+As a general four-bar, this loop has a change point where all bars are in line. There Newton's
+method or a circle intersection can switch to the antiparallelogram. The linear equations cannot.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from ...ground.arrays import Array
 from .angle_sum import AngleSum, Turns
 from .planar import PlanarGeometry, PlanarJoint, PlanarPin
 
-EQUAL = 1e-9  # relative difference up to which two bars count as equal, two pivots as one
-NO_BAR = 1e-6  # share of the loop's length below which two pivots are one but for rounding
+EQUAL = 1e-9  # relative difference up to which two bars count as equal, or two pivots as one
+NO_BAR = 1e-6  # share of the loop's length below which two pivots differ by rounding only
 PARALLELOGRAM = "parallelogram"
 
 
@@ -35,7 +35,7 @@ class _Side(NamedTuple):
 
 
 def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
-    """Opposite bars are parallel, twice.
+    """The two equations of a parallelogram: opposite bars are parallel.
 
     Raises:
         ValueError: the loop is not a parallelogram. The message says why.
@@ -51,7 +51,7 @@ def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
 
 
 def _sides(geometry: PlanarGeometry) -> list[_Side]:
-    """Out along chain a to the pin, back along chain b, then across the link where they part."""
+    """Sides along chain a to the pin, back along chain b, then across the link where both start."""
     out = _bars(geometry.chain_a, geometry.point_a)
     bars = _bars(geometry.chain_b, geometry.point_b)
     back = [_Side(-bar.vector, bar.turns) for bar in bars]
@@ -61,7 +61,7 @@ def _sides(geometry: PlanarGeometry) -> list[_Side]:
 
 
 def _bars(chain: Sequence[PlanarJoint], point: Vector) -> list[_Side]:
-    """From each pivot of a chain to the next, the last to the pin."""
+    """Sides from each pivot of a chain to the next, and from the last one to the pin."""
     if not chain:
         return []
     pivots = [joint.place for joint in chain]
@@ -74,14 +74,14 @@ def _bars(chain: Sequence[PlanarJoint], point: Vector) -> list[_Side]:
 
 
 def _first_pivot(chain: Sequence[PlanarJoint], point: Vector) -> Array:
-    """The first pivot of a chain, the pin where it has no joints."""
+    """The first pivot of a chain; the pin if the chain has no joints."""
     if chain:
         return np.array(chain[0].place)
     return np.array(point)
 
 
 def _opposite(pin: PlanarPin, one: _Side, other: _Side) -> AngleSum:
-    """`one` stays parallel to `other`, against it."""
+    """The equation that `one` stays antiparallel to `other`."""
     if abs(one.length - other.length) > EQUAL * pin.length:
         raise ValueError(f"its opposite bars are {one.length:.9g} m and {other.length:.9g} m long")
     direction_one = math.atan2(one.vector[1], one.vector[0])

@@ -1,8 +1,8 @@
 """A planar loop: two chains of parallel revolute and in-plane prismatic joints that meet in a pin.
 
-Everything is written in the plane of the loop, in the frame of the link where the two chains part.
-A joint is kept as it is with all coordinates at zero (pivot or direction), so a chain is a product
-of plane motions.
+All vectors are in the plane of the loop, in the frame of the link where the two chains start.
+Pivots and directions of joints are stored at zero coordinates. So a chain is a product of
+exponentials in the plane.
 """
 
 from __future__ import annotations
@@ -61,11 +61,11 @@ class PlanarMotion:
     t: Vector = (0.0, 0.0)
 
     def move(self, x: Vector) -> Vector:
-        """Where the point x of the zero configuration is now."""
+        """The present place of a point x of the zero configuration."""
         return add(turn(self.c, self.s, x), self.t)
 
     def then(self, joint: PlanarJoint, configuration: Configuration) -> PlanarMotion:
-        """The motion of what comes after the joint."""
+        """The displacement of the links after a joint."""
         k = joint.coordinate
         if not joint.revolute:
             slide = scale(joint.sign * configuration.q[k], joint.place)

@@ -1,4 +1,4 @@
-"""Which closures are planar loops, and their equations."""
+"""Recognition of planar loops, and their equations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .equations import LoopEquations
 from .planar import PlanarGeometry, PlanarJoint, PlanarPin
 from .plane import PARALLEL, plane_basis
 
-# angles [rad] of few digits, such as 1.57 and 3.14, are nearer than this to what they stand for
+# [rad] error of angles that are printed with few digits, such as 1.57 and 3.14
 ROUNDED_ANGLE = 5e-3
 # [m] along the loop's axis up to which two points count as one: printed numbers are rounded
 APART = 1e-6
@@ -58,10 +58,10 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
 
 
 def _ordered_ends(tree: Tree, closure: Closure) -> tuple[_End, _End]:
-    """The end with more joints before it first; of equal ones, that with the earlier coordinate.
+    """Both ends: first the one behind more joints or, of equal ones, the earlier coordinate.
 
-    The first joint's axis and the order of the ends say what counterclockwise is. That must not
-    depend on the order in which a file names the ends, keys of a mapping.
+    The first joint's axis and the order of the ends define what is counterclockwise. That must not
+    depend on the order of keys in a file.
     """
     a = _End(tree.body_index(closure.link_a), closure.point_a, closure.rotation_a)
     b = _End(tree.body_index(closure.link_b), closure.point_b, closure.rotation_b)
@@ -73,7 +73,7 @@ def _ordered_ends(tree: Tree, closure: Closure) -> tuple[_End, _End]:
 
 
 def _precedence(tree: Tree, path: list[int]) -> tuple[int, int]:
-    """What puts a chain first: its length, then its earliest coordinate."""
+    """The sort key of a chain: its number of joints, then its earliest coordinate."""
     coordinates = [tree.bodies[i].coordinate for i in path]
     return -len(path), min(coordinates, default=0)
 
@@ -86,7 +86,7 @@ def _in_plane(tree: Tree, end: _End, ancestor: int, basis: Array) -> _End:
 
 
 def _require_one_plane(a: _End, b: _End) -> None:
-    """Raise where the ends are apart along the normal."""
+    """Raise if the ends are apart along the normal."""
     gap = abs(float(a.point[2] - b.point[2]))
     if gap <= APART:
         return
@@ -98,7 +98,7 @@ def _require_one_plane(a: _End, b: _End) -> None:
 
 
 def _require_parallel_axes(a: _End, b: _End) -> None:
-    """Raise where the axes of the ends are not the normal."""
+    """Raise if the axes of the ends are not along the normal."""
     axis_a = a.rotation[:, 2]
     axis_b = b.rotation[:, 2]
     if norm(np.cross(axis_a, axis_b)) > PARALLEL:
@@ -108,7 +108,7 @@ def _require_parallel_axes(a: _End, b: _End) -> None:
 
 
 def _parallel_frames(name: str, geometry: PlanarGeometry, a: _End, b: _End) -> AngleSum:
-    """The end frames are turned by the same angle."""
+    """The equation that both end frames have the same orientation."""
     normal_a = a.rotation[2]
     normal_b = b.rotation[2]
     if norm(normal_a - normal_b) > PARALLEL:

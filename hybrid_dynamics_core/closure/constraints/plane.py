@@ -13,11 +13,11 @@ from ...ground.arrays import Array
 from ...mechanism.tree import Tree
 
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
-ROUNDED = 1e-4  # [rad] up to which axes count as parallel but for the digits of their file
+ROUNDED = 1e-4  # [rad] axes this near to parallel are meant to be; their file has few digits
 
 
 class _JointAxis(NamedTuple):
-    """A joint with its axis (3,) in the frame of the link where the chains part, at zero."""
+    """A joint with its axis (3,) at zero, in the frame of the link where the chains start."""
 
     joint: str
     is_revolute: bool
@@ -85,7 +85,7 @@ def _outside(axes: Sequence[_JointAxis], normal: Array) -> list[str]:
 
 
 def _require_one_direction(axes: Sequence[_JointAxis], outside: Sequence[Sequence[str]]) -> None:
-    """Raise where two joints turn about different axes and either may be the wrong one."""
+    """Raise if two joints turn about different axes, and either may be the wrong one."""
     turning = [axis for axis in axes if axis.is_revolute]
     if len(turning) != 2:
         return
@@ -100,7 +100,7 @@ def _require_one_direction(axes: Sequence[_JointAxis], outside: Sequence[Sequenc
 def _not_planar(
     axes: Sequence[_JointAxis], normals: Sequence[Array], outside: Sequence[Sequence[str]]
 ) -> str:
-    """Which joints are outside of the plane that most joints move in."""
+    """Error text: the joints that do not move in the plane of most others."""
     fewest, normal = min(zip(outside, normals, strict=True), key=_number_outside)
     inside = [axis.joint for axis in axes if axis.joint not in fewest]
     verb = "joints {} do"

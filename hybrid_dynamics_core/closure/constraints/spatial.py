@@ -1,6 +1,6 @@
-"""Loops in space: two chains from the link where they part, and the equations that tie their ends.
+"""Spatial loops: two chains from a common link, and the equations that tie their ends.
 
-Everything is written in the frame of that link, whose motion does not matter.
+All vectors are in the frame of that link, whose own motion drops out.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from ...mechanism.joint_transform import Column, jacobian_column, through_joint
 from ...mechanism.tree import Body, Tree, floats, rows
 from .equations import Linearised, LoopEquations, Row
 
-PARALLEL = 1e-9  # sine of the angle below which the distance of two axes is that of parallel ones
+PARALLEL = 1e-9  # sine of the angle below which two axes count as parallel in distances
 # pairs (axis of a, axis of b) that stay at right angles, by kind
 _PAIRS = {
     "point": (),
@@ -72,7 +72,7 @@ class Chain:
 
     @property
     def offsets(self) -> list[float]:
-        """Lengths [m] between the joints, then to the frame, at zero."""
+        """Distances [m] from joint to joint and to the frame, at zero."""
         vectors = [*(body.translation for body in self.bodies), self.point]
         return [norm(vector) for vector in vectors]
 
@@ -116,7 +116,7 @@ class ChainState(NamedTuple):
     rotation: Rotation
 
     def relative_to(self, point: Vector) -> ChainState:
-        """The same chain, seen from another origin."""
+        """The same chain, with places relative to another origin."""
         joints = [joint._replace(origin=sub(joint.origin, point)) for joint in self.joints]
         return ChainState(joints, sub(self.end, point), self.rotation)
 
@@ -163,7 +163,7 @@ class ChainState(NamedTuple):
 
 
 def _carried(omega: Vector, alpha: Vector, arm: Vector) -> Vector:
-    """Acceleration of the end of an arm that turns with a body."""
+    """Acceleration of the tip of an arm on a body, relative to the body's origin."""
     tangential = cross(alpha, arm)
     centripetal = cross(omega, cross(omega, arm))
     return add(tangential, centripetal)
@@ -186,7 +186,7 @@ def _chain(tree: Tree, path: Sequence[int], point: Array, rotation: Array) -> Ch
 
 
 def chains_length(*chains: Chain) -> float:
-    """A length [m] typical of a loop: the longest of its chains, stretched; 1 where it has none."""
+    """A typical length of a loop [m]: its longest stretched chain; 1 if it has no length."""
     return max(_stretched_length(chain) for chain in chains) or 1.0
 
 
@@ -196,13 +196,13 @@ def _stretched_length(chain: Chain) -> float:
 
 
 class _Line(NamedTuple):
-    """A joint axis in space, or a point, whose direction is zero."""
+    """A joint axis in space, or a point: a line with direction zero."""
 
     point: Array
     direction: Array
 
     def distance(self, other: _Line) -> float:
-        """Shortest distance to another one [m]."""
+        """Shortest distance to another line [m]."""
         between = other.point - self.point
         normal = np.cross(self.direction, other.direction)
         size = norm(normal)
@@ -232,9 +232,9 @@ def extent_of(states: Sequence[ChainState]) -> float:
 
 
 class SpatialClosure(LoopEquations):
-    """The points of the ends coincide.
+    """Equations that the end points coincide.
 
-    For kind axis their z axes are parallel too, for kind frame all axes.
+    For the kind axis their z axes are parallel too, for the kind frame all axes.
     """
 
     def __init__(self, name: str, kind: str, a: Chain, b: Chain) -> None:
@@ -247,9 +247,9 @@ class SpatialClosure(LoopEquations):
         self.involved = (a.coordinates | b.coordinates,) * _SIZES[kind]
 
     def linearise(self, configuration: Configuration) -> Linearised:
-        """Difference of the end points, then what ties the rotations.
+        """Difference of the end points, then the equations of orientation.
 
-        That is the cosines of axes at right angles, or the turn between the frames.
+        These are cosines of axes at right angles, or the rotation vector between the frames.
         """
         a = self.a.at(configuration)
         b = self.b.at(configuration)
@@ -303,7 +303,7 @@ class SpatialClosure(LoopEquations):
         return extent_of([self.a.at(configuration), self.b.at(configuration)])
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
-        """Joint origins and ends of both chains, and how the ends are turned."""
+        """Joint origins and ends of both chains, and the orientations of the ends."""
         marks: list[Scalar] = []
         for chain in (self.a, self.b):
             state = chain.at(configuration)
@@ -313,7 +313,7 @@ class SpatialClosure(LoopEquations):
         return marks
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
-        """Axes that the equations make parallel must not be opposed."""
+        """Cosines between axes that must be parallel; a negative one says that they are opposed."""
         axes = _PARALLEL_AXES[self.kind]
         if not axes:
             return []
@@ -323,10 +323,10 @@ class SpatialClosure(LoopEquations):
 
 
 def _turn_between(a: Rotation, b: Rotation) -> Vector:
-    """2 tan(angle / 2) times the axis of the turn from b to a.
+    """2 tan(angle / 2) times the axis of the rotation from b to a.
 
-    At zero its rate is the difference of the angular velocities. Unlike sines and cosines of single
-    axes it vanishes for no other turn, so Newton's method does not end half round.
+    At zero its rate is the difference of the angular velocities. It vanishes for the identity only,
+    so Newton's method does not end at half a turn. Sines and cosines of single axes would.
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matmul(a, transpose(b))
     factor = 2.0 / (1.0 + xx + yy + zz)
