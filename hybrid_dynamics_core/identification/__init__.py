@@ -3,7 +3,7 @@
 from .base import BaseParameters, base_parameters
 from .estimate import Identification, TooLittleShownError, identify
 from .excite import random_motion
-from .outliers import noise_limit, robust_deviation
+from .outliers import least_deviation, noise_limit, robust_deviation
 
 __all__ = [
     "BaseParameters",
@@ -11,6 +11,7 @@ __all__ = [
     "TooLittleShownError",
     "base_parameters",
     "identify",
+    "least_deviation",
     "noise_limit",
     "random_motion",
     "robust_deviation",

@@ -17,10 +17,15 @@ from ..ground.arrays import Array
 
 Mask = NDArray[np.bool_]
 HUBER = 1.345  # deviations up to which residuals count in full: 95 % efficient with Gaussian noise
-STEPS = 8  # of the robust start
+STEPS = 20  # of the robust start, at most
+SETTLED = 0.05  # change of a deviation below which the robust start is done
 ROUNDS = 20  # of leaving out and taking back
 CASES = 0.05  # share of clean recordings in which a good sample is left out
 TINY = 1e-300  # divisors at least
+# Shares of a joint's efforts. A residual below the first does not matter. Errors of accelerations
+# and of the model are no white noise: a joint without noise of its own shows them alone.
+NEGLIGIBLE = 1e-3
+BETTER = 0.1  # noise of a joint in times of the typical one, as shares of their efforts, at least
 LEAST_FREE = 1e-9  # 1 - leverage of an equation that alone tells a parameter: rounding is below
 
 
@@ -36,6 +41,20 @@ def robust_deviation(values: Array) -> Array:
     return np.asarray(medians / stats.norm.ppf(0.75))
 
 
+def least_deviation(deviation: Array, size: Array, count: int) -> Array:
+    """The least noise (n,) that outliers of each joint are measured with.
+
+    Args:
+        deviation: (n,) of the residuals.
+        size: (n,) deviation of the efforts.
+        count: how many values are compared with `noise_limit`.
+    """
+    share = deviation / np.maximum(size, TINY)
+    typical = float(np.median(share))
+    least_share = max(NEGLIGIBLE / noise_limit(count), BETTER * typical)
+    return np.asarray(np.maximum(deviation, least_share * size))
+
+
 def outlying_samples(columns: Array, target: Array, floor: Array) -> Mask:
     """Samples further from `columns` beta = `target` in some joint than noise explains.
 
@@ -48,13 +67,14 @@ def outlying_samples(columns: Array, target: Array, floor: Array) -> Mask:
         (N,) whether a sample is an outlier.
     """
     limit = noise_limit(target.size)
+    size = robust_deviation(target)
     residuals, scale = _robust_fit(columns, target, floor)
     outlying = _beyond(residuals, limit)
     for _ in range(ROUNDS):
         included = np.where(outlying, 0.0, 1.0)
         residuals = _studentised(columns, target, included[:, None] / scale, scale)
-        deviation = robust_deviation(residuals[~outlying])
-        scale = np.maximum(scale * deviation, floor)
+        deviation = np.maximum(scale * robust_deviation(residuals[~outlying]), floor)
+        scale = least_deviation(deviation, size, target.size)
         before = outlying
         outlying = _beyond(residuals, limit)
         if np.array_equal(outlying, before):
@@ -72,13 +92,17 @@ def _robust_fit(columns: Array, target: Array, floor: Array) -> tuple[Array, Arr
     """Studentised residuals (N, n) of Huber's fit, and the deviation of each joint's noise (n,)."""
     weights = np.ones_like(target)
     residuals = target
-    scale = np.maximum(robust_deviation(target), floor)
+    size = robust_deviation(target)
+    scale = np.maximum(size, floor)
     for _ in range(STEPS):
         residuals = _studentised(columns, target, weights / scale, scale)
-        deviation = robust_deviation(residuals)
-        scale = np.maximum(scale * deviation, floor)
+        deviation = np.maximum(scale * robust_deviation(residuals), floor)
+        before = scale
+        scale = least_deviation(deviation, size, target.size)
         sizes = np.maximum(np.abs(residuals), HUBER)
         weights = np.minimum(1.0, HUBER / sizes)
+        if (np.abs(scale - before) <= SETTLED * scale).all():
+            break
     return residuals, scale
 
 

@@ -111,3 +111,21 @@ def test_estimates_from_some_joints_are_those_of_the_model():
     assert 0 < found.base.size < everything.base.size
     values = found.base.values(found.parameters.values(robot.description))
     np.testing.assert_allclose(found.estimate, values, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("quiet", range(3))
+def test_clean_samples_stay_where_a_joint_has_no_noise(quiet, tmp_path):
+    """Errors of accelerations are all that such a joint shows; they are no white noise."""
+    robot = load(ROBOT)
+    motion = simulated(robot, 6.0, 100.0)
+    rng = np.random.default_rng(quiet)
+    efforts = motion.effort + 0.01 * motion.effort.std(axis=0) * rng.normal(size=(600, 3))
+    efforts[:, quiet] = motion.effort[:, quiet]
+    positions = motion.position + 1e-6 * rng.normal(size=(600, 3))
+    head = ["time", *motion.names]
+    for part in ("velocity", "effort"):
+        head += [f"{name}.{part}" for name in motion.names]
+    file = csv_of(tmp_path / "a.csv", head, motion.time, positions, motion.velocity, efforts)
+    run("make", tmp_path / "in", "--robot", ROBOT, "--trajectory", file)
+    found = json.loads(printed("identify", tmp_path / "in", "--json"))
+    assert len(found["left_out"]) <= 3

@@ -15,7 +15,12 @@ from hybrid_dynamics_core.dynamics.parameters import Parameters, described_param
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
-from hybrid_dynamics_core.identification import identify, noise_limit, robust_deviation
+from hybrid_dynamics_core.identification import (
+    identify,
+    least_deviation,
+    noise_limit,
+    robust_deviation,
+)
 from hybrid_dynamics_core.robot.robot import Robot
 
 from ...messages.joint_samples import FloatArray
@@ -95,7 +100,7 @@ def identify_recording(
     loads = identified.loads.with_gravity(recording.loads.gravity)
     residual = _residual(identified, recording, test, loads)[:, columns]
     file_residual = _residual(robot, recording, test, recording.loads)[:, columns]
-    is_outlier = _is_unexplained(residual, file_residual)
+    is_outlier = _is_unexplained(residual, file_residual, recorded[test])
     excluded = _excluded_outliers(recording)
     excluded += _excluded_efforts(
         recording,
@@ -166,15 +171,24 @@ def _residual(robot: Robot, recording: EvaluatedRecording, rows: Rows, loads: Lo
     return residual
 
 
-def _is_unexplained(residual: FloatArray, file_residual: FloatArray) -> NDArray[np.bool_]:
+def _is_unexplained(
+    residual: FloatArray, file_residual: FloatArray, efforts: FloatArray
+) -> NDArray[np.bool_]:
     """Samples (N,) whose efforts neither the estimates nor the robot file explain.
 
     The better one of both counts: what a wrong model leaves everywhere is no fault of a sample.
+
+    Args:
+        residual: recorded efforts less those of the estimates (N, n) [N m or N].
+        file_residual: the same of the robot file (N, n) [N m or N].
+        efforts: recorded ones (N, n) [N m or N].
     """
     centred = np.abs(residual - np.median(residual, axis=0))
     file_centred = np.abs(file_residual - np.median(file_residual, axis=0))
     least = np.minimum(centred, file_centred)
-    limit = noise_limit(least.size) * np.maximum(robust_deviation(least), _TINY)
+    deviation = np.maximum(robust_deviation(least), _TINY)
+    deviation = least_deviation(deviation, robust_deviation(efforts), least.size)
+    limit = noise_limit(least.size) * deviation
     return np.asarray((least > limit).any(axis=1))
 
 
