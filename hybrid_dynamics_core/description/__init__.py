@@ -1,4 +1,4 @@
-"""What a robot is, as frozen data, checked where it is made. Nothing here solves anything."""
+"""Robot descriptions: immutable data, checked when built. Nothing here solves equations."""
 
 from .model import Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription
 

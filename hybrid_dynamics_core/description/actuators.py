@@ -1,4 +1,4 @@
-"""Actuators as frozen data: hydraulic cylinders."""
+"""Actuators as immutable data: hydraulic cylinders."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class HydraulicCylinder:
         sign: +1 where the coordinate grows as the cylinder extends, -1 where it shrinks.
         count: number of cylinders.
         return_pressure: of the chamber that does not push.
-        supply_pressure: the highest pressure there is.
+        supply_pressure: the highest available pressure.
     """
 
     joint: str

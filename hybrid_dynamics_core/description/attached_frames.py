@@ -11,13 +11,13 @@ from .values import ValueReader
 class AttachedFrames:
     """Resolves a name to a moving link (or the base) and a constant pose on it.
 
-    A frame with the name of its own link replaces the frame at its joint: everything else about
-    that link is given in it. So Denavit-Hartenberg frames keep their meaning.
+    A frame with the name of its link replaces the link frame at the joint. All data of that link
+    are then given in it. So Denavit-Hartenberg frames keep their meaning.
     """
 
     def __init__(self, values: ValueReader) -> None:
-        self._link_frames: dict[str, Transform] = {}  # that replace those at the joints
-        self._attached: dict[str, tuple[str, Transform]] = {}  # what carries it, and the pose there
+        self._link_frames: dict[str, Transform] = {}  # frames that replace those at the joints
+        self._attached: dict[str, tuple[str, Transform]] = {}  # (carrying link, pose on it)
         for name, frame in section_entries(values, "frames").items():
             if name == frame["link"]:
                 self._link_frames[name] = frame.as_pose()

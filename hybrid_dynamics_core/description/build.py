@@ -1,4 +1,4 @@
-"""Checked and expanded plain data become frozen objects; expressions become numbers."""
+"""From checked and expanded plain data to a `RobotDescription`; expressions become numbers."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ from .model import (
 from .rigid_body import TRIANGLE_SLACK
 from .values import ValueReader
 
-_SAME_PLACE = 1e-12  # [m and of unit vectors] rounding of one place that is written twice
+_SAME_PLACE = 1e-12  # [m, or of unit vectors] rounding between two texts for one place
 _SAME_TURN = 1e-9  # [of unit vectors] rounding of axes in files of other formats
 _NO_MULTIPLIER = "is 0, so the joint does not follow; make it a fixed joint, or leave this one out"
 _STANDARD_GRAVITY = [0, 0, -9.81]
-_ROUNDED_SLACK = 1e-3  # relative, of inertias that a drawing program printed with few digits
+_ROUNDED_SLACK = 1e-3  # relative error of inertias that a CAD program printed with few digits
 
 
 def build_description(document: Document) -> RobotDescription:
-    """The frozen form of an expanded document whose names are checked.
+    """The description of an expanded document whose names are checked.
 
     Raises:
-        DescriptionError: a value that cannot be.
+        DescriptionError: a value is impossible.
     """
     values = ValueReader(document)
     robot = _Builder(values).robot()
@@ -102,7 +102,7 @@ class _Builder:
     # -- links
 
     def bodies(self) -> tuple[Mapping[str, Link], ...]:
-        """Moving links and the base as bodies with their fixed parts; the parts; bodies without."""
+        """Bodies with their fixed parts merged, the fixed parts, and the bodies without them."""
         bodies: dict[str, Link] = {}
         parts: dict[str, Link] = {}
         for name, entry in section_entries(self.values, "links").items():
@@ -154,7 +154,7 @@ class _Builder:
         return MappingProxyType(joints)
 
     def multi_dof(self, joints: Mapping[str, Joint]) -> Mapping[str, MultiDofJoint]:
-        """Joints of several freedoms, between links in place of frames."""
+        """Joints of several freedoms, with links in place of frames at their ends."""
         several: dict[str, MultiDofJoint] = {}
         for name, joint in self.document.multi_dof.items():
             several[name] = replace(joint, parent=self.attached.link(joint.parent))
@@ -162,11 +162,11 @@ class _Builder:
         return MappingProxyType(several)
 
     def require_turns(self, joint: MultiDofJoint, joints: Mapping[str, Joint]) -> None:
-        """Raise where the turns of a ball or free joint are not about x, y and z of one frame."""
+        """Raise if the axes of a ball or free joint are not x, y and z of one frame."""
         for k, name in enumerate(joint.turns):
             row = joints[name]
             direction = np.eye(3)[k]
-            if k == 2:  # its axis stands in the child's frame, which may be turned against it
+            if k == 2:  # the axis is given in the child's frame, which may be rotated
                 direction = row.rotation.T @ direction
             moved = k > 0 and row.translation.any()
             turned = k == 1 and np.abs(row.rotation - np.eye(3)).max() > _SAME_PLACE
@@ -199,7 +199,7 @@ class _Builder:
         )
 
     def reference(self) -> Mapping[str, float]:
-        """The reference of the file; active joints that cannot be at zero get the nearest limit."""
+        """The file's reference; active joints whose limits exclude zero get the nearest limit."""
         reference: dict[str, float] = {}
         joints = section_entries(self.values, "joints")
         given = section_entry(self.values, "reference")
@@ -246,7 +246,7 @@ class _Builder:
         return MappingProxyType(frames)
 
     def end_effector(self) -> Frame:
-        """The end effector; a link or frame of this name has to stand at the same place."""
+        """The end effector; a link or frame of this name must be at the same place."""
         entry = section_entry(self.values, "end_effector")
         end_effector = self.attached.frame(entry["link"], entry.as_pose())
         kind = self.kind_of(END_EFFECTOR)
@@ -311,7 +311,7 @@ class _Builder:
 
 
 def _moved_along(joint_type: str, axis: Array, offset: float, frame: Frame) -> Frame:
-    """A frame moved by the offset of a joint that is at zero there."""
+    """A frame moved along a joint's axis by the joint's offset."""
     if not offset:
         return frame
     if joint_type == "revolute":
@@ -322,7 +322,7 @@ def _moved_along(joint_type: str, axis: Array, offset: float, frame: Frame) -> F
 
 
 def _in_frame_around(link: Link, pose: Transform) -> Link:
-    """The link with its data in the frame in which `pose` stands."""
+    """The link with its data in the parent frame of `pose`."""
     if pose.is_identity():
         return link
     inertia = pose.rotation @ link.inertia @ pose.rotation.T
@@ -331,7 +331,7 @@ def _in_frame_around(link: Link, pose: Transform) -> Link:
 
 
 def as_one_body(a: Link, b: Link) -> Link:
-    """Two bodies given in one frame as one, by Steiner's theorem."""
+    """Two bodies in one frame, merged into one by Steiner's theorem."""
     mass = a.mass + b.mass
     com = a.com
     if mass:

@@ -1,4 +1,4 @@
-"""What is taken where a file of another format does not say."""
+"""Defaults for data that a file of another format does not give."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from .model import END_EFFECTOR
 
 
 def farthest_link(document: Document) -> str:
-    """The end effector of a file that names none, with a note.
+    """The end effector of a file that names none; a note is added.
 
-    It is the link or frame of that name, or else the link behind most joints.
+    It is the link or frame `end_effector`, or else the link behind most joints.
     """
     if END_EFFECTOR in document.section("links") or END_EFFECTOR in document.section("frames"):
         return END_EFFECTOR
@@ -29,7 +29,7 @@ def neutral_coordinate(joint: Data) -> float:
 
 
 def driven_joints(document: Document) -> list[str]:
-    """All joints that move on their own, but those of bodies that move freely."""
+    """All joints that follow no other, except those of floating bodies."""
     loose: set[str] = set()
     for row in document.entries("multi_dof").values():
         if row["type"] == "free":
@@ -43,7 +43,7 @@ def driven_joints(document: Document) -> list[str]:
 
 
 def _candidates(document: Document) -> list[str]:
-    """Links that no closure ties, those with a mass before all others; else the base."""
+    """Links without a closure, or the base if there are none; only those with mass if any has."""
     tied: set[str] = set()
     for closure in document.section("closures").values():
         tied.update(closure["between"])
@@ -54,7 +54,7 @@ def _candidates(document: Document) -> list[str]:
 
 
 def _depth(link: str, joint_to: dict[str, Data]) -> int:
-    """Number of moving joints below a link, also where the joints form a cycle."""
+    """Number of moving joints from the base to a link; it ends if the joints form a cycle."""
     depth = 0
     visited: set[str] = set()
     while link in joint_to and link not in visited:

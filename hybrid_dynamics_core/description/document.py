@@ -1,4 +1,4 @@
-"""Plain data of a description, with the place where every entry was written."""
+"""Plain data of a description, with file and line of every entry."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _RENAME = "rename one of the two"
 
 @dataclass(frozen=True)
 class Provenance:
-    """What an expanded entry was written as.
+    """The origin of an expanded entry.
 
     Attributes:
-        path: of the entry that the user wrote.
-        note: entry of a template that stood between, in words.
+        path: path of the entry that the user wrote.
+        note: the template entry that it came through, as text.
     """
 
     path: KeyPath
@@ -41,14 +41,14 @@ class Document:
 
     Attributes:
         data: the dictionaries and lists.
-        file: that they were read from.
-        notes: what the loader assumed, for `RobotDescription.notes`.
-        warnings: of what is allowed and hardly meant, for `RobotDescription.warnings`.
-        impossible: inertias that no rigid body has, by dotted key, in words.
-        rounded_links: links whose numbers were rounded by the tool that printed them.
+        file: the file they were read from.
+        notes: assumptions of the loader, for `RobotDescription.notes`.
+        warnings: on entries that are allowed but likely wrong, for `RobotDescription.warnings`.
+        impossible: problem of each inertia that no rigid body has, by dotted key.
+        rounded_links: links whose numbers were printed with few digits.
         multi_dof: joints of several freedoms by name, for `RobotDescription.multi_dof`.
         charts: of ball and free joints at the reference, for `RobotDescription.charts`.
-        options: what the file is read with.
+        options: arguments of the call that reads the file.
     """
 
     def __init__(
@@ -74,12 +74,12 @@ class Document:
         self._scopes: dict[KeyPath, Mapping[str, float]] = {}
 
     def section(self, name: str) -> Data:
-        """A top-level mapping, made where it is missing."""
+        """A top-level mapping; added if it is missing."""
         section: Data = self.data.setdefault(name, {})
         return section
 
     def entries(self, name: str) -> Data:
-        """A top-level mapping; empty where it is missing."""
+        """A top-level mapping; empty if it is missing."""
         entries: Data = self.data.get(name) or {}
         return entries
 
@@ -93,14 +93,14 @@ class Document:
         scope: Mapping[str, float] | None = None,
         remedy: str = _RENAME,
     ) -> None:
-        """Add an entry that stands for one that the user wrote.
+        """Add an entry that results from one that the user wrote.
 
         Args:
             path: section and name of the new entry.
             value: the entry.
             provenance: the entry that the user wrote.
-            scope: what its expressions may name; None for the parameters of the document.
-            remedy: what to do where the name is taken.
+            scope: names that its expressions may use; None for the parameters of the document.
+            remedy: advice in the error if the name is taken.
 
         Raises:
             DescriptionError: the section has an entry of this name.
@@ -132,15 +132,15 @@ class Document:
         self.section(section)[name] = value
 
     def alias(self, path: KeyPath, written: KeyPath) -> None:
-        """Say that a value inside an added entry was written elsewhere by the user."""
+        """Record where the user wrote a value that is now inside an added entry."""
         self._provenance[path] = Provenance(written)
 
     def set_location(self, path: KeyPath, file: FilePath, line: int) -> None:
-        """Say where an entry inside an added one stands."""
+        """Set the location of an entry inside an added one."""
         self._locations[path] = (file, line)
 
     def add_files(self, files: Iterable[Path]) -> None:
-        """Remember files that were read, and in which no entry stands."""
+        """Record files that were read but contain no entry."""
         for file in files:
             self._locations["read", len(self._locations)] = (file, 1)
 
@@ -153,7 +153,7 @@ class Document:
         return Document(deepcopy(self.entries(name)), self.file, lines)
 
     def merge(self, other: Document) -> None:
-        """Take over the entries of another document; mappings are joined, all else is replaced."""
+        """Merge another document into this one; mappings are joined, other values replaced."""
         for path, location in other._locations.items():
             if path:
                 self._locations[path] = location
@@ -169,7 +169,7 @@ class Document:
     # -- locations
 
     def as_written(self, path: KeyPath) -> tuple[KeyPath, str]:
-        """The path as the user wrote it, and the entry of a template that stands between."""
+        """The path of the user's entry, and the template entry that it came through."""
         for n in range(len(path), 0, -1):
             provenance = self._provenance.get(path[:n])
             if provenance is None:
@@ -217,17 +217,17 @@ class Document:
         return self._located(path, with_warnings(problem, self.warnings))
 
     def warn(self, path: KeyPath, problem: str) -> None:
-        """Keep a warning, once, about an entry that is allowed and hardly meant."""
+        """Add a warning, once, on an entry that is allowed but likely wrong."""
         warning = str(self._located(path, problem))
         if warning not in self.warnings:
             self.warnings.append(warning)
 
     def note(self, path: KeyPath, remark: str) -> None:
-        """Keep a note about what was changed at an entry."""
+        """Add a note on what was changed at an entry."""
         self.notes.append(str(self._located(path, remark)))
 
     def doubt_inertia(self, path: KeyPath, problem: str) -> None:
-        """Keep a note about an inertia that no rigid body has, and that is taken as it stands."""
+        """Add a note on an inertia that no rigid body has, but which is used as given."""
         self.impossible[dotted(path)] = problem
         self.note(path, f"{problem}; it is taken as it stands")
 

@@ -21,7 +21,7 @@ _ZERO_MATRIX = frozen(np.zeros((3, 3)))
 
 @dataclass(frozen=True)
 class JointEffect:
-    """What acts along one joint; `hybrid_dynamics_core.JointEffects` gives formula and units.
+    """Friction, rotor and spring of a joint; `hybrid_dynamics_core.JointEffects` has the formula.
 
     Attributes:
         viscous, coulomb: friction.
@@ -42,7 +42,7 @@ class JointEffect:
 
     @property
     def armature(self) -> float:
-        """The rotor's inertia as the joint feels it [kg m^2 or kg]."""
+        """The rotor's inertia reflected through the gear [kg m^2 or kg]."""
         return self.rotor_inertia * self.gear_ratio**2
 
 

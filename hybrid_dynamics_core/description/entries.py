@@ -1,4 +1,4 @@
-"""Entries of a document: mappings whose values are read by their keys."""
+"""Entries of a document: mappings with typed access to their values."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Entry:
         return self.data.get(key, default)
 
     def sub(self, key: str) -> Entry:
-        """The mapping of a key; empty where it is left out."""
+        """The mapping of a key; empty if the key is left out."""
         data = self.data.get(key)
         return Entry(self.values, data, self.key_path(key))
 
@@ -67,7 +67,7 @@ class Entry:
         return self.values.number(value, self.key_path(key))
 
     def vector(self, key: str) -> Array:
-        """An array; (3,) of zeros where the key is left out."""
+        """An array; zeros (3,) if the key is left out."""
         vector = self.data.get(key, _ZERO_VECTOR)
         return self.values.vector(vector, self.key_path(key))
 
@@ -76,12 +76,12 @@ class Entry:
         return self.values.axis(self.data[key], self.key_path(key))
 
     def limits(self, key: str) -> tuple[float, float]:
-        """(lower, upper), infinite where the key is left out."""
+        """(lower, upper); infinite if the key is left out."""
         limits = self.data.get(key)
         return self.values.limits(limits, self.key_path(key))
 
     def bound(self, key: str) -> float:
-        """A number above zero, infinite where the key is left out."""
+        """A number above zero; infinite if the key is left out."""
         value = self.data.get(key, math.inf)
         number = self.values.number_or_infinity(value, self.key_path(key))
         if not number > 0.0:
@@ -107,7 +107,7 @@ class Entry:
 
 
 def section_entry(values: ValueReader, section: str) -> Entry:
-    """A top-level mapping; empty where the document has none."""
+    """A top-level mapping; empty if the document has none."""
     data = values.document.entries(section)
     return Entry(values, data, (section,))
 

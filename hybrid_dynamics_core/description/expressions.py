@@ -13,7 +13,7 @@ from ..ground.suggestions import did_you_mean, suggestion
 from ..ground.wording import counted
 
 MAX_LENGTH = 200
-FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # name: number of arguments, function
+FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # (number of arguments, function)
     "sqrt": (1, math.sqrt),
     "abs": (1, abs),
     "sin": (1, math.sin),
@@ -35,7 +35,7 @@ _APART = re.compile(rf"\b({_LONGEST_FIRST})\s+({_LONGEST_FIRST})\b")  # N m
 
 
 class _NotAllowedError(ValueError):
-    """Something in an expression that no number needs."""
+    """An expression has syntax that is not allowed."""
 
 
 def evaluate(
@@ -46,19 +46,19 @@ def evaluate(
 ) -> float:
     """Value of an arithmetic expression.
 
-    It has numbers, names, pi, units, + - * /, parentheses and functions. Units are factors, so that
-    30*deg is an angle in radians and 200*bar a pressure in pascals. A name of `names` goes before a
-    unit of this name.
+    It may have numbers, names, pi, units, + - * /, parentheses and functions. Units are factors:
+    30*deg is an angle in radians, and 200*bar a pressure in pascals. A name in `names` takes
+    precedence over a unit of the same name.
 
     Args:
         text: the expression.
         names: values of the names that it may use, in SI units.
-        names_are: what these are, for messages; "" where there are none but pi and units.
-        units: that the value may be in, such as `N m`, any of them; none where all may be. They
-            count where the expression has units.
+        names_are: noun for these names in messages; "" if only pi and units are allowed.
+        units: the allowed units, such as `N m`; empty if any unit is allowed. They are checked only
+            if the expression has units.
 
     Raises:
-        ValueError: it has no value, or is in another unit; the message reads as the end of a
+        ValueError: it has no value, or a wrong unit. The message is written as the end of a
             sentence.
         OverflowError: the value is too large.
     """
@@ -86,7 +86,7 @@ def evaluate(
 
 
 def _no_expression(text: str, names_are: str) -> str:
-    """The message for a text that cannot be parsed, with what may have been meant."""
+    """The message for a text that cannot be parsed, with a suggestion."""
     stripped = text.strip()
     with_signs = _with_factors(stripped)
     hint = ""
@@ -129,7 +129,7 @@ class _Evaluation:
         raise _NotAllowedError
 
     def summand(self, node: ast.expr) -> Quantity:
-        """A part of a sum, which has to be more than a unit."""
+        """A term of a sum, which must not be a bare unit."""
         quantity = self.value(node)
         if quantity.has_number:
             return quantity
@@ -162,7 +162,7 @@ class _Evaluation:
         return Quantity(left.value - right.value, dimension)
 
     def common(self, parts: Sequence[Quantity]) -> Dimension | None:
-        """The dimension of parts of which all that have one have the same."""
+        """The dimension of parts; parts without one are ignored, the others must agree."""
         written = {part.dimension for part in parts} - {None, PLAIN}
         if len(written) > 1:
             words = " and ".join(sorted(map(described, filter(None, written))))
@@ -192,7 +192,7 @@ class _Evaluation:
             raise ValueError(f"{name}({listed}) has no value") from None
 
     def after(self, name: str, arguments: Sequence[Quantity]) -> Dimension | None:
-        """The dimension of what a function gives."""
+        """The dimension of a function's result."""
         dimension = self.common(arguments)
         if name == "abs":
             return dimension

@@ -1,4 +1,4 @@
-"""Text files, read with the refusals that every reader needs: too large, not there, not UTF-8."""
+"""Reading of text files, with errors for files that are too large, missing or not UTF-8."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def read_text(path: Path) -> str:
     """The text of a file.
 
     Raises:
-        DescriptionError: it cannot be read, or is no text of the size of a description.
+        DescriptionError: the file cannot be read, is no text, or is too large for a description.
     """
     try:
         data = read_regular(path, MAX_BYTES + 1)

@@ -16,14 +16,14 @@ def multipliers_of(mimic: Data) -> dict[str, float | str]:
 
 
 def multiplier_path(mimic: Data, path: KeyPath, source: str) -> KeyPath:
-    """Where the multiplier of a followed joint is written; `path` is that of the entry."""
+    """The path of the multiplier of a followed joint; `path` is that of the follower's entry."""
     if "joints" in mimic:
         return (*path, "joints", source)
     return (*path, "multiplier")
 
 
 def form_problem(mimic: Data) -> str:
-    """What is wrong with the keys of a follower's entry; empty where nothing is."""
+    """The error text for the keys of a follower's entry; empty if they are right."""
     has_one = "joint" in mimic
     has_several = "joints" in mimic
     if has_one and has_several:
@@ -36,7 +36,7 @@ def form_problem(mimic: Data) -> str:
 
 
 def mimic_entry(multipliers: dict[str, float], offset: float) -> Data:
-    """The entry of a follower as a description file has it."""
+    """The entry of a follower in a description file."""
     if len(multipliers) > 1:
         return {"joints": multipliers, "offset": offset}
     ((source, multiplier),) = multipliers.items()

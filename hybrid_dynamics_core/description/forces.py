@@ -1,4 +1,4 @@
-"""Entries on forces of a description file: effects along joints, payloads, hydraulic cylinders."""
+"""Readers for joint effects, payloads and hydraulic cylinders of a description file."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _CYLINDER_NUMBERS = ("bore", "rod", "return_pressure", "supply_pressure")
 
 
 def read_effects(values: ValueReader) -> Mapping[str, JointEffect]:
-    """Friction, rotors and springs of the joints whose entries give any.
+    """Friction, rotors and springs of all joints that have any.
 
     Args:
-        values: reads the values of a document that fits the schema.
+        values: reader of the values of a validated document.
 
     Returns:
         Effects by joint.
@@ -49,7 +49,7 @@ def read_payloads(values: ValueReader) -> Mapping[str, tuple[str, Payload]]:
     """Payloads and the frames that carry them.
 
     Args:
-        values: reads the values of a document that fits the schema.
+        values: reader of the values of a validated document.
 
     Returns:
         (name of the frame, payload) by name of the payload.
@@ -74,15 +74,15 @@ def read_actuators(values: ValueReader) -> Mapping[str, HydraulicCylinder]:
     """Hydraulic cylinders.
 
     Args:
-        values: reads the values of a document that fits the schema.
+        values: reader of the values of a validated document.
 
     Returns:
         Cylinders by joint.
 
     Raises:
-        DescriptionError: an actuator has no joint or one that is not prismatic; the rod is not
-            thinner than the bore; a stroke ends where it begins or before; the return pressure is
-            negative or not below the supply pressure.
+        DescriptionError: an actuator's joint is missing or not prismatic, the rod is not thinner
+            than the bore, the stroke is not ascending, or the return pressure is negative or not
+            below the supply pressure.
     """
     cylinders: dict[str, HydraulicCylinder] = {}
     joints = values.document.data["joints"]
@@ -103,7 +103,7 @@ def read_actuators(values: ValueReader) -> Mapping[str, HydraulicCylinder]:
 
 
 def _check_effect(joint: Entry, effect: JointEffect) -> None:
-    """Raise a DescriptionError for a number that makes no sense."""
+    """Raise a DescriptionError for a number that is not allowed."""
     friction = joint.sub("friction")
     _require_not_negative(friction, "viscous", effect.viscous)
     _require_not_negative(friction, "coulomb", effect.coulomb)
@@ -123,7 +123,7 @@ def _require_not_negative(entry: Entry, key: str, number: float, unit: str = "")
 
 
 def _read_cylinder(joint: str, entry: Entry) -> HydraulicCylinder:
-    """The cylinder of an entry; what the entry leaves out has the defaults of the class."""
+    """The cylinder of an entry; keys that are left out have the defaults of the class."""
     fields: Data = {"joint": joint, "count": entry.get("count", 1)}
     for key in _CYLINDER_NUMBERS:
         if key in entry:
@@ -138,7 +138,7 @@ def _read_cylinder(joint: str, entry: Entry) -> HydraulicCylinder:
 
 
 def _check_cylinder(entry: Entry, cylinder: HydraulicCylinder) -> None:
-    """Raise a DescriptionError for sizes that no cylinder has."""
+    """Raise a DescriptionError for impossible sizes."""
     if not 0.0 <= cylinder.rod < cylinder.bore:
         raise entry.error(
             "rod",

@@ -19,13 +19,13 @@ _AXES = {
     "y": (0.0, 1.0, 0.0),
     "z": (0.0, 0.0, 1.0),
 }
-_ORTHONORMAL = 1e-13  # what products of rotations leave
-_GIMBAL_LOCK = 1e-9  # cosine of the pitch below which roll and yaw turn about one axis
+_ORTHONORMAL = 1e-13  # rounding of products of rotations
+_GIMBAL_LOCK = 1e-9  # cosine of the pitch below which the axes of roll and yaw coincide
 
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """A pose of a frame in the frame around it. It takes coordinates from one to the other.
+    """The pose of an inner frame in an outer frame; it takes inner to outer coordinates.
 
     Attributes:
         rotation: (3, 3).
@@ -36,25 +36,25 @@ class Transform:
     translation: Array = field(default_factory=lambda: _ORIGIN)
 
     def __matmul__(self, inner: Transform) -> Transform:
-        """The pose of `inner`, which is given in this frame, in the frame around."""
+        """The pose in the outer frame of `inner`, a pose in the inner frame."""
         if self.is_identity():
             return inner
         rotation = snapped(self.rotation @ inner.rotation)
         return Transform(rotation, self.point(inner.translation))
 
     def point(self, point: Array) -> Array:
-        """A point (3,) [m] of this frame in the frame around."""
+        """A point (3,) [m] of the inner frame, in outer coordinates."""
         if self.is_identity():
             return point
         return frozen(self.translation + self.rotation @ point)
 
     def inverse(self) -> Transform:
-        """The pose of the frame around in this frame."""
+        """The pose of the outer frame in the inner frame."""
         rotation = self.rotation.T
         return Transform(frozen(rotation), frozen(-(rotation @ self.translation)))
 
     def is_identity(self) -> bool:
-        """Whether nothing is moved at all."""
+        """Whether rotation and translation are exactly the identity."""
         is_turned = not np.array_equal(self.rotation, IDENTITY)
         is_shifted = self.translation.any()
         return not (is_turned or is_shifted)
@@ -83,7 +83,7 @@ def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
 def rpy_of(rotation: Array) -> Array:
     """Fixed-axis roll, pitch, yaw (3,) [rad] of a rotation matrix (3, 3).
 
-    At a pitch of a right angle only yaw - roll, or yaw + roll, is determined. The yaw is zero then.
+    At a pitch of +-pi/2 only yaw - roll, or yaw + roll, is determined. The yaw is then zero.
     """
     cos_pitch = math.hypot(rotation[0, 0], rotation[1, 0])
     pitch = math.atan2(-rotation[2, 0], cos_pitch)
@@ -113,7 +113,7 @@ def rotation_about(axis: Array, angle: float) -> Array:
 
 def rotation_with_z_axis(axis: Array) -> Array:
     """A rotation matrix (3, 3) whose z axis is the unit vector `axis` (3,)."""
-    # the coordinate axis that is farthest from parallel: nothing is lost in the difference
+    # the coordinate axis farthest from parallel, to avoid cancellation
     farthest = int(np.argmin(np.abs(axis)))
     side = np.eye(3)[farthest]
     x = side - (side @ axis) * axis
@@ -137,7 +137,7 @@ def rotation_from_quaternion(quaternion: Array) -> Array:
 def nearest_rotation(matrix: Array) -> Array:
     """The rotation matrix (3, 3) nearest to a matrix of rounded numbers.
 
-    A matrix that is a rotation but for rounding in the last digits is returned as it is.
+    A matrix that is a rotation up to the last digits is returned unchanged.
     """
     if np.abs(matrix @ matrix.T - IDENTITY).max() <= _ORTHONORMAL:
         return snapped(matrix)
@@ -146,7 +146,7 @@ def nearest_rotation(matrix: Array) -> Array:
 
 
 def snapped(matrix: Sequence[Sequence[float]] | Array) -> Array:
-    """The matrix without the rounding next to 0 and +-1, read-only."""
+    """A read-only copy; entries within rounding of 0 or +-1 are made exact."""
     return frozen([constant(row) for row in matrix])
 
 

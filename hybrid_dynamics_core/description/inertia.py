@@ -13,7 +13,7 @@ from .values import read_each
 
 _COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _POINT_MASS = {"xx": 0}
-_ROUNDING = 1e-12  # of the largest entry: what arithmetic leaves, which nobody wrote
+_ROUNDING = 1e-12  # share of the largest entry up to which asymmetry is rounding, without a note
 
 
 def read_inertia(body: Entry, mass: float, slack: float) -> Array:
@@ -22,8 +22,8 @@ def read_inertia(body: Entry, mass: float, slack: float) -> Array:
     Args:
         body: entry whose key `inertia` is a matrix, components, principal moments or a shape.
         mass: of the body [kg], for shapes.
-        slack: relative error of the printed numbers; beyond it a note says by how much no body has
-            the tensor.
+        slack: relative error of the printed numbers. A tensor that is impossible beyond this error
+            gets a note.
 
     Returns:
         (3, 3) about the centre of mass in link axes [kg m^2], zero where no inertia is given.

@@ -1,4 +1,4 @@
-"""YAML with the line of every entry: read safely, numbers as in YAML 1.2, repeated keys refused."""
+"""Safe YAML reader with the line of every entry, YAML 1.2 numbers and no duplicate keys."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..errors import DescriptionError
 from .document import Data, Document, FilePath, KeyPath, dotted
 from .yaml_errors import syntax_problem
 
-MAX_NODES = 200_000  # an alias bomb expands far beyond what a robot needs
+MAX_NODES = 200_000  # aliases may expand a small file without bound
 
 _CORE_TAG = "tag:yaml.org,2002:"
 _PYTHON_TAG = "tag:yaml.org,2002:python"
@@ -56,7 +56,7 @@ def read_yaml(text: str, file: FilePath = None) -> Document:
 
     Args:
         text: the YAML.
-        file: that it was read from, for messages.
+        file: the file it was read from, for messages.
 
     Raises:
         DescriptionError: the text is not valid, repeats a key, or has tags that stand for code.

@@ -1,4 +1,4 @@
-"""A robot as frozen data: links on one-degree-of-freedom joints, tied by loop closures.
+"""A robot as immutable data: links, joints of one degree of freedom, and loop closures.
 
 SI units, radians, right-handed frames (REP 103). Arrays are read-only.
 """
@@ -25,7 +25,7 @@ MultiDofType = Literal["universal", "cylindrical", "planar", "ball", "free", "sc
 ClosureKind = Literal["planar", "point", "axis", "frame"]
 ActiveSet = Literal["exact", "motors"]
 
-END_EFFECTOR = "end_effector"  # the name under which poses of the end effector are asked for
+END_EFFECTOR = "end_effector"  # the name of the end effector's frame in calls
 
 _IDENTITY = frozen(np.eye(3))
 _ZERO_VECTOR = frozen(np.zeros(3))
@@ -79,10 +79,10 @@ class Joint:
         rotation: (3, 3) from the child frame to the parent frame, at zero.
         translation: (3,) [m] origin of the child frame in the parent frame, at zero.
         axis: (3,) unit vector in the child frame, which the joint leaves unchanged.
-        limits: (lower, upper) [rad or m], infinite where the file gives none.
-        effort_limit: largest effort of what drives it [N m or N], infinite where none is given.
-        velocity_limit: largest rate of the coordinate [rad/s or m/s], infinite where none is given.
-        power_limit: largest power of what drives it [W], infinite where none is given.
+        limits: (lower, upper) [rad or m], infinite if none are given.
+        effort_limit: largest effort of its drive [N m or N], infinite if none is given.
+        velocity_limit: largest rate of the coordinate [rad/s or m/s], infinite if none is given.
+        power_limit: largest power of its drive [W], infinite if none is given.
     """
 
     name: str
@@ -100,17 +100,17 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class MultiDofJoint:
-    """A joint of several freedoms: joints of one freedom in a row, on links without mass.
+    """A joint of several freedoms: a chain of joints of one freedom on massless links.
 
-    The last three joints of a ball or free joint turn about x, y and z of its frame, each about the
-    axis that the ones before have turned.
+    The last three joints of a ball or free joint are intrinsic rotations about x, y and z of its
+    frame.
 
     Attributes:
         name: of the joint.
         type: which freedoms it has.
         parent: link that carries it.
         child: link that it moves.
-        joints: names of the joints in the row, the first on the parent.
+        joints: names of the joints in the chain, from parent to child.
     """
 
     name: str
@@ -121,7 +121,7 @@ class MultiDofJoint:
 
     @property
     def turns(self) -> tuple[str, ...]:
-        """The three joints that can reach any orientation; none of the other types."""
+        """The three angles of a ball or free joint; empty for other types."""
         if self.type in ("ball", "free"):
             return self.joints[-3:]
         return ()
@@ -132,8 +132,8 @@ class Mimic:
     """A joint that follows others: q = sum of multiplier * q_source + offset.
 
     Attributes:
-        multipliers: rate over rate of each joint that is followed, by its name.
-        offset: [rad or m] coordinate with the followed joints at zero.
+        multipliers: by the name of each followed joint.
+        offset: coordinate [rad or m] with the followed joints at zero.
     """
 
     multipliers: Mapping[str, float]
@@ -148,7 +148,7 @@ class Closure:
     point: the two points (3, a spherical joint).
     axis: the points and the z axes (5, a revolute joint).
     frame: everything (6, a weld).
-    Equations beyond those that the loop needs are found by their rank, and agree with the others.
+    Redundant equations are found by their rank. They must agree with the others.
 
     Attributes:
         name: of the closure.
@@ -180,11 +180,10 @@ class Closure:
 class Loop:
     """A four-bar loop of Type A to D, Chu et al. (2020), with the links l_(i-1), l_i, l_k1, l_k2.
 
-    l_k1 always hangs on the base.
-    Type A: l_i hangs on the base, l_k2 on l_k1. The pin ties l_k2 to l_i. The arm goes on from l_i.
-    Type B: l_i hangs on the base, l_k2 on l_i. The pin ties l_k1 to l_k2. The arm goes on from
-    l_k2.
-    Type C is B, and D is A, with l_i and l_k2 exchanged.
+    The parent of l_k1 is always the base. Type A: parents are the base for l_i and l_k1 for l_k2.
+    The pin ties l_k2 to l_i. The arm continues on l_i. Type B: parents are the base for l_i and l_i
+    for l_k2. The pin ties l_k1 to l_k2. The arm continues on l_k2. Type C is B, and type D is A,
+    with l_i and l_k2 exchanged.
 
     Attributes:
         name: of the loop, and of the closure that is its pin.
@@ -205,7 +204,7 @@ class Loop:
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription(Picklable):
-    """Everything a file says of a robot, checked.
+    """The checked content of a robot file.
 
     The coordinates of the robot are those of `active`, then the others in the order of the file.
 
@@ -214,31 +213,31 @@ class RobotDescription(Picklable):
         source: where its numbers come from.
         gravity: (3,) [m/s^2] in the base frame.
         base: name of the base link.
-        links: moving links by name, each with the links fixed to it as one body.
+        links: moving links by name; links fixed to them are merged into them.
         joints: by name.
-        closures: ties that close the loops.
+        closures: the closures that close the loops.
         loops: those of Type A to D, by name.
         active: the independent coordinates u, in order: driven joints, then idle ones.
         end_effector: name of its frame.
         frames: by name, with those of fixed links and of the end effector.
         reference: coordinates of the reference configuration [rad or m], by joint.
-        idle: those of `active` that nobody drives.
-        active_set: "motors" where independent coordinates are to be found from the motors by rank.
+        idle: those of `active` that have no drive.
+        active_set: "motors" if the independent coordinates are found from the motors by rank.
         mimics: by the joint that follows.
-        multi_dof: joints of several freedoms by name; `joints` has those that they consist of.
-        charts: which chart the reference of a ball or free joint is in, +1 or -1; +1 if none.
-        file: that the description was read from.
+        multi_dof: joints of several freedoms by name; `joints` has the joints of their chains.
+        charts: chart of ball and free joints at the reference, +1 or -1; +1 for joints not listed.
+        file: the file that the description was read from.
         lines: line of each entry, by dotted key.
-        files: file of each entry that stands in another file, by dotted key.
-        notes: what the loader assumed or left out, one sentence each.
-        warnings: those of the notes about entries that are allowed and hardly meant.
-        impossible: inertias that no rigid body has and that are taken as they stand, by dotted key,
-            each with what is wrong with it. The notes say it too.
-        effects: by joint, where the file gives any.
+        files: file of each entry that comes from another file, by dotted key.
+        notes: what the loader assumed or left out, in sentences.
+        warnings: notes on entries that are allowed but likely wrong.
+        impossible: the problem of each inertia that no rigid body has, but which is used as given,
+            by dotted key. The notes have it too.
+        effects: friction, rotors and springs, by joint.
         payloads: frame and body by name.
         actuators: by joint.
-        parts: links fixed to others, each in the frame of the body that it belongs to.
-        alone: those of `links` without their parts; a link that is not among them has none.
+        parts: links fixed to others, each in the frame of the body that it is merged into.
+        alone: links before merging, for those of `links` that have parts.
     """
 
     name: str
@@ -272,12 +271,12 @@ class RobotDescription(Picklable):
 
     @property
     def freely_turning(self) -> tuple[MultiDofJoint, ...]:
-        """The joints that reach any orientation: ball and free joints."""
+        """All ball and free joints."""
         return tuple(joint for joint in self.multi_dof.values() if joint.turns)
 
     @property
     def links_in_rows(self) -> frozenset[str]:
-        """Links without mass between the joints that are one joint of several freedoms."""
+        """Massless links inside the chains of joints of several freedoms."""
         links: set[str] = set()
         for joint in self.multi_dof.values():
             links.update(self.joints[name].child for name in joint.joints[:-1])
@@ -285,7 +284,7 @@ class RobotDescription(Picklable):
 
     @property
     def plain_reference(self) -> Mapping[str, float]:
-        """The reference with every ball and free joint in its first chart, as files have it."""
+        """The reference with every ball and free joint in the chart +1, as in files."""
         reference = dict(self.reference)
         for joint in self.freely_turning:
             chart = self.charts.get(joint.name, FIRST)
@@ -297,7 +296,7 @@ class RobotDescription(Picklable):
 
     @property
     def motors(self) -> tuple[str, ...]:
-        """Those of `active` that are driven."""
+        """The driven coordinates among `active`."""
         return tuple(name for name in self.active if name not in self.idle)
 
     def joint_to(self) -> dict[str, Joint]:
@@ -305,11 +304,11 @@ class RobotDescription(Picklable):
         return {joint.child: joint for joint in self.joints.values()}
 
     def body_of(self, part: str) -> str:
-        """The link of which a part is one; `frames` tells where on it."""
+        """The link that a part is merged into; `frames` has its pose there."""
         return self.frames[part].link
 
     def closure_key(self, closure: str) -> str:
-        """The dotted key under which the file gives a closure, a loop or a joint that follows."""
+        """The dotted key of a closure, loop or following joint in the file."""
         if closure in self.mimics and f"closures.{closure}" not in self.lines:
             return f"joints.{closure}.mimic"
         if closure in self.loops:
@@ -317,7 +316,7 @@ class RobotDescription(Picklable):
         return f"closures.{closure}"
 
     def error(self, key: str, problem: str) -> DescriptionError:
-        """A DescriptionError at an entry, or at the nearest around it, with all warnings."""
+        """A DescriptionError at an entry, or at the nearest enclosing one, with all warnings."""
         located_key = key
         while located_key and located_key not in self.lines:
             located_key = located_key.rpartition(".")[0]
@@ -330,5 +329,5 @@ class RobotDescription(Picklable):
 
 
 def effects_of(description: RobotDescription, joint: str) -> JointEffect:
-    """What the description says acts along a joint; no effect where it says nothing."""
+    """Friction, rotor and spring of a joint; all zero if the description gives none."""
     return description.effects.get(joint, JointEffect())

@@ -1,4 +1,4 @@
-"""Which inertia tensors rigid bodies have, by how much others miss that, and the nearest ones."""
+"""Inertia tensors of rigid bodies: symmetry, possibility, and the nearest possible tensor."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import numpy as np
 
 from ..ground.arrays import Array, frozen
 
-TRIANGLE_SLACK = 1e-9  # relative: rounding of printed moments, not physics
-_ROUNDED_APART = 1e-4  # of the largest entry: rounding of entries that mirror each other
-_MARGIN = 1e-12  # of the largest moment, by which a tensor is moved off the border
+TRIANGLE_SLACK = 1e-9  # relative error of printed moments
+_ROUNDED_APART = 1e-4  # share of the largest entry up to which asymmetry is rounding
+_MARGIN = 1e-12  # share of the largest moment by which a tensor is kept inside the feasible set
 _LEAST_MOMENT = 1e-300  # [kg m^2] stands for none
 
 
 def symmetric_inertia(matrix: Array) -> tuple[Array, float]:
-    """A tensor whose mirrored entries agree, and how far they were apart.
+    """The symmetric part of a tensor, and its asymmetry.
 
     Args:
         matrix: (3, 3) [kg m^2].
 
     Returns:
-        (3, 3) the mean of the matrix and its mirror, and their largest difference [kg m^2].
+        Mean (3, 3) of the matrix and its transpose, and their largest difference [kg m^2].
 
     Raises:
-        ValueError: they differ by more than rounding.
+        ValueError: the difference is more than rounding.
     """
     differences = np.abs(matrix - matrix.T)
     apart = float(differences.max())
@@ -41,9 +41,9 @@ def symmetric_inertia(matrix: Array) -> tuple[Array, float]:
 
 
 def impossibility(inertia: Array, slack: float) -> str:
-    """Why no rigid body has a tensor, and by how much; empty where one has.
+    """Why no rigid body has this tensor; empty if a body can have it.
 
-    The moments of a body are zero or positive, and two of them add up to at least the third.
+    Principal moments of a body are not negative, and obey the triangle inequality.
 
     Args:
         inertia: (3, 3) symmetric [kg m^2].
@@ -70,7 +70,7 @@ def impossibility(inertia: Array, slack: float) -> str:
 
 
 def nearest_possible(inertia: Array) -> Array:
-    """The nearest tensor that a rigid body has, off the border by more than rounding.
+    """The nearest tensor that a rigid body can have, inside the feasible set by more than rounding.
 
     Args:
         inertia: (3, 3) symmetric [kg m^2].

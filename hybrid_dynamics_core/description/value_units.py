@@ -1,4 +1,4 @@
-"""Which units a value of a description may be written in, by its key."""
+"""Allowed units of each value of a description, by its key."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _BY_KEY: dict[str, Units] = {
 _COORDINATES = ("limits", "offset", "rest")
 _RATES = ("velocity_limit", "smoothing")
 _EFFORTS = ("effort_limit", "coulomb", "preload")
-_OF_TURNS: dict[str, Units] = {  # of revolute joints; a radian may be left out
+_OF_TURNS: dict[str, Units] = {  # for revolute joints; the radian may be left out
     "viscous": ("N m s/rad", "N m s"),
     "stiffness": ("N m/rad", "N m"),
     "gear_ratio": ("1",),
@@ -55,11 +55,11 @@ _OF_SLIDES: dict[str, Units] = {
 
 
 def units_at(document: Document, path: KeyPath) -> Units:
-    """The units in which a value may be, any of them; none where all may be.
+    """The allowed units of a value; empty if any unit is allowed.
 
     Args:
         document: the description.
-        path: of the value.
+        path: path of the value.
     """
     keys = [key for key in path if isinstance(key, str)]
     section = keys[0] if keys else ""
@@ -77,7 +77,7 @@ def units_at(document: Document, path: KeyPath) -> Units:
 
 
 def _at_closure(keys: list[str]) -> Units:
-    """An end of a closure is a point, or a pose under the name of its link."""
+    """Units at an end of a closure, which is a point or a pose under the name of its link."""
     if len(keys) == 4:
         return ("m",)
     if len(keys) == 5:
@@ -86,7 +86,7 @@ def _at_closure(keys: list[str]) -> Units:
 
 
 def _of_joint(document: Document, name: str, key: str) -> Units:
-    """Units of what a joint has along its coordinate."""
+    """Units of a joint's limits, efforts and effects, by its type."""
     joint = document.entries("joints").get(name) or {}
     joint_type = joint.get("type")
     if joint_type not in ("revolute", "prismatic"):

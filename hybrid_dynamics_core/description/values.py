@@ -1,4 +1,4 @@
-"""Values of a document: expressions become checked numbers, vectors, axes, limits and poses."""
+"""Reader of values of a document: checked numbers, vectors, axes, limits and poses."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from .geometry import (
 )
 from .value_units import units_at
 
-ENDLESS = 1e4  # [rad] limits beyond this mean that there are none
+ENDLESS = 1e4  # [rad] limits beyond this count as no limits
 _ONE_TURN = 1.01 * math.tau  # [rad] a printed turn is 6.28 or 6.3
-_PI_SLACK = 1e-5  # relative: multiples of pi as programs print them
-_LARGEST = 1e12  # beyond this an SI value of a robot is a slip
+_PI_SLACK = 1e-5  # relative error of printed multiples of pi
+_LARGEST = 1e12  # an SI value of a robot beyond this is an error
 _ZERO_VECTOR = [0, 0, 0]
-_ROUNDED = 1e-6  # of unit length: beyond it a note says that a rotation was rounded
-_PRINTED = 1e-2  # of unit length: beyond it a matrix is no rotation that was rounded
+_ROUNDED = 1e-6  # error of unit vectors above which a rotation counts as rounded, with a note
+_PRINTED = 1e-2  # error of unit vectors above which a matrix is no rotation
 
 _ANGLE_UNIT = re.compile(r"\b(pi|deg|rad|rpm)\b")
 _SINGLE_TERM = re.compile(r"\s*[-+]?[\w.]+\s*")
@@ -45,7 +45,7 @@ Entry = Data | list[Any]
 
 
 class ValueReader:
-    """Reads values at paths of a document; the path decides what an expression may name."""
+    """Reads values at paths of a document; the path decides which names expressions may use."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -66,7 +66,7 @@ class ValueReader:
         return number
 
     def number_or_infinity(self, value: Scalar, path: KeyPath) -> float:
-        """A number, where infinity has a meaning."""
+        """A number that may be infinite."""
         names = self.document.scope(path, self.parameters)
         units = units_at(self.document, path)
         try:
@@ -85,7 +85,7 @@ class ValueReader:
         return number
 
     def angle(self, value: Scalar, path: KeyPath) -> float:
-        """A number [rad], with a warning where degrees seem to be meant."""
+        """A number [rad], with a warning if it seems to be in degrees."""
         number = self.number(value, path)
         self.warn_of_degrees([value], [number], path)
         return number
@@ -105,7 +105,7 @@ class ValueReader:
             raise self.document.error(path, str(error)) from error
 
     def limits(self, entry: Sequence[Scalar] | None, path: KeyPath) -> tuple[float, float]:
-        """(lower, upper), infinite where nothing or .inf is given."""
+        """(lower, upper), infinite if left out or .inf."""
         if entry is None:
             return -math.inf, math.inf
         lower, upper = read_each(self.number_or_infinity, entry, path)
@@ -118,8 +118,8 @@ class ValueReader:
     def pose(self, entry: Entry, path: KeyPath) -> Transform:
         """A pose from {xyz, rpy}, or from a list of such steps.
 
-        Each step is taken in the frame that the one before reached. In place of `rpy` there may be
-        `quat`, `matrix` or `axis_angle`.
+        Each step is relative to the frame after the step before. `quat`, `matrix` or `axis_angle`
+        may replace `rpy`.
         """
         if isinstance(entry, list):
             return reduce(matmul, read_each(self.pose, entry, path))
@@ -134,7 +134,7 @@ class ValueReader:
             "quat_xyzw": self._from_quaternion,
             "matrix": self._from_matrix,
             "axis_angle": self._from_axis_angle,
-            "axis": self._with_z_axis,  # of the end of a closure
+            "axis": self._with_z_axis,  # for an end of a closure
         }
         forms = [form for form in readers if form in entry]
         if len(forms) > 1:
@@ -162,7 +162,7 @@ class ValueReader:
         return rotation_from_quaternion(unit)
 
     def _from_matrix(self, rows: list[list[Scalar]], path: KeyPath) -> Array:
-        """A rotation matrix; one that was rounded becomes the nearest rotation."""
+        """A rotation matrix; a rounded one is replaced by the nearest rotation."""
         matrix = np.array(read_each(self.vector, rows, path))
         apart = float(np.abs(matrix @ matrix.T - IDENTITY).max())
         if apart > _PRINTED:
@@ -203,10 +203,10 @@ class ValueReader:
     def warn_of_degrees(
         self, written: Sequence[Scalar], angles: Sequence[float], path: KeyPath
     ) -> None:
-        """Warn of angles [rad] of more than a turn that are written without pi.
+        """Warn of angles [rad] above one turn that are written without pi.
 
         Args:
-            written: the angles as the file has them.
+            written: the angles as texts of the file.
             angles: their values [rad].
             path: of the entry.
         """
@@ -235,7 +235,7 @@ def number_from(value: Scalar, names: Mapping[str, float], units: Sequence[str] 
     Args:
         value: the number or the expression.
         names: that the expression may use.
-        units: in which it may be; all if none is named.
+        units: the allowed units; empty if any unit is allowed.
 
     Raises:
         ValueError, OverflowError: the expression has no value.
@@ -246,7 +246,7 @@ def number_from(value: Scalar, names: Mapping[str, float], units: Sequence[str] 
 
 
 def _seems_degrees(written: Scalar, angle: float) -> bool:
-    """Whether an angle [rad] of over a turn is no multiple of pi/2, and written without pi."""
+    """Whether an angle [rad] is above one turn, no multiple of pi/2, and written without pi."""
     if not _ONE_TURN < abs(angle) < ENDLESS:
         return False
     if isinstance(written, str) and _ANGLE_UNIT.search(written):
@@ -256,7 +256,7 @@ def _seems_degrees(written: Scalar, angle: float) -> bool:
 
 
 def _in_degrees(written: Scalar) -> str:
-    """How an angle would be written if its number is in degrees."""
+    """The text for an angle if its number is in degrees."""
     if not isinstance(written, str):
         return f"{written:g}*deg" if written else "0"
     if _ANGLE_UNIT.search(written):

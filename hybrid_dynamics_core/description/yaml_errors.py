@@ -1,4 +1,4 @@
-"""What is wrong with the syntax of a YAML text, in words: open brackets, indentation, tabs."""
+"""Texts for syntax errors of YAML: open brackets, indentation, tabs."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _ENTRY_STARTS = (yaml.KeyToken, yaml.BlockEntryToken)
 def syntax_problem(
     text: str, error: yaml.MarkedYAMLError, loader: type[yaml.SafeLoader]
 ) -> tuple[str, int | None]:
-    """The problem in words, and the line of a bracket, brace or quote left open, or of the end.
+    """The problem as text, and its line: that of an open bracket, brace or quote, or of the end.
 
     Args:
         text: the YAML.
-        error: that reading it raised.
-        loader: that scans it.
+        error: the error that reading raised.
+        loader: loader class that scans the text.
 
     Returns:
         The problem, and its line (1-based) or None.
@@ -44,7 +44,7 @@ def syntax_problem(
 
 
 def _still_open(text: str, problem: str, start: yaml.Mark, end: yaml.Mark) -> str:
-    """A bracket, brace or quote that is still open where reading ended."""
+    """The text for a bracket, brace or quote that is still open at the end."""
     opened = text[start.index]
     hint = ""
     if opened in _CLOSING:
@@ -56,7 +56,7 @@ def _still_open(text: str, problem: str, start: yaml.Mark, end: yaml.Mark) -> st
 
 
 def _missing(text: str, closing: str, start: yaml.Mark, end: yaml.Mark) -> str:
-    """Where a bracket is missing: most likely at the end of the last line that was read whole."""
+    """The text for a missing bracket, most likely at the end of the last complete line."""
     last = None
     lines = text.splitlines()[start.line : end.line]
     for number, line in enumerate(lines, start.line + 1):
@@ -68,7 +68,7 @@ def _missing(text: str, closing: str, start: yaml.Mark, end: yaml.Mark) -> str:
 
 
 def _misplaced(text: str, problem: str, end: yaml.Mark, loader: type[yaml.SafeLoader]) -> str:
-    """A line that begins in another column than its neighbours, or with a tab; else the problem."""
+    """The text for a line with wrong indentation or a tab; otherwise the problem itself."""
     lines = text.splitlines()
     line = lines[end.line] if end.line < len(lines) else ""
     column = len(line) - len(line.lstrip()) + 1
@@ -104,5 +104,5 @@ def _entry_above(text: str, line: int, loader: type[yaml.SafeLoader]) -> tuple[i
             elif depth == 0 and isinstance(token, _ENTRY_STARTS):
                 entry = (token.start_mark.line + 1, token.start_mark.column + 1)
     except yaml.YAMLError:
-        pass  # the error is told already
+        pass  # the error is reported already
     return entry

@@ -1,4 +1,4 @@
-"""What all other packages stand on: arrays, checks of arguments, words of messages.
+"""Common ground of all packages: arrays, checks of arguments, texts of messages.
 
-Knows no robot.
+It does not depend on robots.
 """

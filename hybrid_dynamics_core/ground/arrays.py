@@ -1,4 +1,4 @@
-"""Arrays and data that do not change."""
+"""Read-only arrays and immutable data."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def frozen(values: ArrayLike) -> Array:
 
 
 class Picklable:
-    """Base of frozen data with read-only mappings and arrays.
+    """Base of immutable data with read-only mappings and arrays.
 
     Without it, pickle and copy refuse the mappings and give writeable arrays.
     """
@@ -39,7 +39,7 @@ class Picklable:
             if isinstance(value, dict):
                 restored = MappingProxyType(value)
             elif isinstance(value, np.ndarray):
-                # compiled code knows a type by its object, and pickle makes another one
+                # compiled code identifies a dtype by its object, and pickle makes a new one
                 restored = value.astype(value.dtype.type)
                 restored.flags.writeable = False
             object.__setattr__(self, name, restored)

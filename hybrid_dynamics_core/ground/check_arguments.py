@@ -1,4 +1,4 @@
-"""Arguments that are no arrays: of the right type, or an error that says what was expected."""
+"""Type checks of arguments that are no arrays."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ def require_type(name: str, value: object, kind: type, how: str) -> None:
     Args:
         name: of the argument, for messages.
         value: what was given for it.
-        kind: type that it has to have.
-        how: where one comes from, as `robot.loads`.
+        kind: the required type.
+        how: how to get one, such as `robot.loads`.
 
     Raises:
-        InputError: it is of another type.
+        InputError: the value has another type.
     """
     if not isinstance(value, kind):
         given = type(value).__name__
@@ -32,7 +32,7 @@ def real_number(name: str, value: object) -> float:
         value: what was given for it.
 
     Raises:
-        InputError: it is no real number.
+        InputError: the value is no real number.
     """
     if not isinstance(value, bool) and isinstance(value, (int, float, np.integer, np.floating)):
         return float(value)
@@ -45,10 +45,10 @@ def integer(name: str, value: object, least: int = 1) -> int:
     Args:
         name: of the argument, for messages.
         value: what was given for it.
-        least: the smallest that is taken.
+        least: the smallest allowed value.
 
     Raises:
-        InputError: it is no whole number, or too small.
+        InputError: the value is no integer, or too small.
     """
     if not isinstance(value, bool) and isinstance(value, (int, np.integer)) and value >= least:
         return int(value)

@@ -1,4 +1,4 @@
-"""Arguments become checked float64 arrays."""
+"""Conversion of arguments to checked float64 arrays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def real_array(name: str, value: ArrayLike) -> Array:
         value: what was given for it.
 
     Returns:
-        The values as float64, not copied where they are that already.
+        The values as float64, without a copy if they are float64 already.
 
     Raises:
         InputError: the value is no array of real numbers.
@@ -47,14 +47,14 @@ def finite_vectors(
     Args:
         name: of the argument, for messages.
         value: what was given for it, (n,) or (N, n).
-        names: what the n entries stand for, in order.
+        names: names of the n entries, in order.
         rows: length that the batch must have; -1 for one vector, None for any.
 
     Returns:
-        (n,) or (N, n) float64, not copied where the values are that already.
+        (n,) or (N, n) float64, without a copy if the values are float64 already.
 
     Raises:
-        InputError: wrong shape or a value that is not finite; the message says which.
+        InputError: the shape is wrong, or a value is not finite.
     """
     n = len(names)
     is_single = rows is None or rows < 0
@@ -87,11 +87,11 @@ def vectors_by_name(
     names: tuple[str, ...],
     coordinates: tuple[str, ...],
 ) -> Array:
-    """Values in the order of names, zero where a name is left out.
+    """Values in the order of names; zero for names that are left out.
 
     Args:
         label: of the argument, for messages.
-        values: what was given, by name, each a number or (N,); None for all zero.
+        values: a number or (N,) by name; None for all zero.
         names: n names that may be given, in order.
         coordinates: all coordinates of the robot, for messages.
 
@@ -99,7 +99,7 @@ def vectors_by_name(
         (n,) finite values, or (N, n) where any of them is (N,).
 
     Raises:
-        InputError: another name, another shape, or a value that is not finite.
+        InputError: a name or a shape is wrong, or a value is not finite.
     """
     given = mapping_of(label, values)
     for name in given:
@@ -117,10 +117,10 @@ def vectors_by_name(
 
 
 def mapping_of(label: str, values: object) -> Mapping[str, ArrayLike]:
-    """Values by name; none for None.
+    """A mapping, or an empty one for None.
 
     Raises:
-        InputError: something else than a mapping was given.
+        InputError: the value is no mapping.
     """
     if values is None:
         return {}
@@ -133,7 +133,7 @@ def mapping_of(label: str, values: object) -> Mapping[str, ArrayLike]:
 def _no_list(
     name: str, value: Mapping[str, float] | str | bytes, names: tuple[str, ...]
 ) -> InputError:
-    """The error for values by name or a text in place of a list."""
+    """The error for a mapping or a text in place of a list."""
     kind = f"text ({value!r})"
     if isinstance(value, Mapping):
         kind = "values by name"
@@ -145,7 +145,7 @@ def _no_list(
 
 
 def _check_columns(label: str, columns: list[Array], names: tuple[str, ...]) -> None:
-    """Check that each is a number or (N,), with one N."""
+    """Check that each column is a number or (N,), with one common N."""
     lengths: dict[str, int] = {}
     for name, column in zip(names, columns, strict=True):
         if column.ndim > 1:

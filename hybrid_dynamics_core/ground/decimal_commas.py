@@ -1,4 +1,4 @@
-"""Hints for numbers written with a decimal comma, by what YAML and options make of 3,2."""
+"""Hints for numbers with a decimal comma, such as 3,2 in YAML or options."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def with_point(text: str) -> str | None:
 
 
 def comma_in_mapping(entries: Mapping[Any, Any], key: str) -> str:
-    """A hint where a key is the tail of a number, or nothing.
+    """A hint if a key is the fraction of such a number; otherwise empty.
 
     YAML reads {mass: 3,2} as a mass of 3 and a key 2 without a value.
     """
@@ -37,7 +37,7 @@ def comma_in_mapping(entries: Mapping[Any, Any], key: str) -> str:
 
 
 def comma_in_list(values: Sequence[Any], expected: int) -> str:
-    """A hint where a list has too many numbers, or nothing: [0,8, 0,03, 0] has five."""
+    """A hint if a list has too many numbers, as [0,8, 0,03, 0] has five; otherwise empty."""
     if len(values) <= expected or not all(map(_is_integer, values)):
         return ""
     return f"{POINT_HINT} (0.8), and commas part the entries"

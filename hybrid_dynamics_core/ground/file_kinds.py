@@ -1,4 +1,4 @@
-"""What a path seems to hold, by its content: for messages that expected another kind of file."""
+"""Kinds of files by their content, for messages that expected another kind."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _TEXT_SUFFIXES: Final = (
 )  # may hold a robot
 _ROBOT_FILES: Final = "a robot description (YAML, URDF, SDFormat or MJCF)"
 _HEAD_SIZE: Final = 65_536  # bytes that are read
-_MAX_STRANGE_SHARE: Final = 0.3  # of characters that no text has, in any 8-bit encoding
+_MAX_STRANGE_SHARE: Final = 0.3  # share of characters that occur in no text, in any 8-bit encoding
 
 
 class FileKind(Enum):
-    """Kinds that ask for different things to be done with them."""
+    """Kinds of content of a path."""
 
     MISSING = "missing"
     ROBOT = "robot"
@@ -48,12 +48,12 @@ class FileKind(Enum):
 
 
 class NoDescriptionError(DescriptionError, InputError):
-    """There is no robot description at a path: nothing, or something of another kind.
+    """A path holds no robot description: it is missing, or of another kind.
 
-    Its attributes are those of DescriptionError, and this:
+    It has the attributes of DescriptionError, and this one:
 
     Attributes:
-        kind: what is there instead.
+        kind: kind of the path's content.
     """
 
     def __init__(self, path: str | Path, problem: str, kind: FileKind) -> None:
@@ -63,13 +63,13 @@ class NoDescriptionError(DescriptionError, InputError):
 
 @dataclass(frozen=True)
 class PathContent:
-    """The kind of what a path holds, and the same in words for messages."""
+    """The kind of a path's content, and a text for it."""
 
     kind: FileKind
     words: str
 
 
-_SIGNATURES: Final = (  # how files of a kind begin
+_SIGNATURES: Final = (  # first bytes of files of each kind
     (b"\x89PNG\r\n\x1a\n", FileKind.PICTURE, "a PNG picture"),
     (b"\xff\xd8\xff", FileKind.PICTURE, "a JPEG picture"),
     (b"GIF8", FileKind.PICTURE, "a GIF picture"),
@@ -85,7 +85,7 @@ _ZIP_SIGNATURE: Final = b"PK\x03\x04"
 _UTF16_SIGNATURES: Final = (b"\xff\xfe", b"\xfe\xff")
 
 _XML_HEAD: Final = r"\s*(<\?xml.*?\?>)?\s*"
-_COMMENT: Final = r"<!--(?:(?!-->).)*-->\s*"  # never two as one, which would take for ever
+_COMMENT: Final = r"<!--(?:(?!-->).)*-->\s*"  # one comment only, against endless backtracking
 _TEXT_PATTERNS: Final = (
     (r"\s*<(!doctype html|html)\b", FileKind.PAGE, "an HTML page"),
     (
@@ -111,14 +111,14 @@ _KEYS: Final = (
 _DESCRIPTION_KEY: Final = re.compile(
     rf"(?:^|[\n{{,])[ \t]*[\"']?({_KEYS})[\"']?[ \t]*:(?=\s|$)", re.IGNORECASE
 )
-_MIN_DESCRIPTION_KEYS: Final = 2  # no other text has two of them by chance
+_MIN_DESCRIPTION_KEYS: Final = 2  # other texts do not have two of them by chance
 
 
 def classify_path(path: Path) -> PathContent:
-    """What there is at a path.
+    """Classify the content of a path.
 
     Raises:
-        OSError: it cannot be read.
+        OSError: the path cannot be read.
     """
     return answered_in_time(lambda: _classify(path))
 
@@ -148,7 +148,7 @@ def _classify_file(path: Path) -> PathContent:
 
 
 def storage_suffix(path: Path) -> str | None:
-    """Which of STORAGE_SUFFIXES a file has, before .zstd if it is compressed; None for others."""
+    """The suffix in STORAGE_SUFFIXES of a file, without .zstd; None for other files."""
     suffix = path.suffix
     if suffix == ".zstd":
         suffix = Path(path.stem).suffix
@@ -158,7 +158,7 @@ def storage_suffix(path: Path) -> str | None:
 
 
 def unexpected_content(path: Path, expected: str) -> str:
-    """The message that a path holds something else than was expected.
+    """The message for a path with unexpected content.
 
     Raises:
         OSError: the path cannot be read.
@@ -173,10 +173,10 @@ def unexpected_content(path: Path, expected: str) -> str:
 
 
 def require_description(path: Path) -> None:
-    """Refuse what is no robot description at all; errors inside one are left to its reader.
+    """Raise if a path holds no robot description; its content is checked by its reader.
 
     Raises:
-        NoDescriptionError: there is nothing, or something of another kind.
+        NoDescriptionError: the path is missing, or of another kind.
         DescriptionError: the path cannot be read.
     """
     try:
@@ -210,14 +210,14 @@ def _classify_archive(path: Path) -> PathContent:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
     except zipfile.BadZipFile:
-        pass  # damaged, but a ZIP archive by its beginning
+        pass  # a ZIP archive by its first bytes, but damaged
     if names and all(name.endswith(".npy") for name in names):
         return PathContent(FileKind.TRAJECTORY, "a table (.npz)")
     return PathContent(FileKind.OTHER, "a ZIP archive")
 
 
 def _classify_unsigned(path: Path, head: bytes) -> PathContent:
-    """A file whose beginning is no known signature."""
+    """Classify a file without a known signature."""
     if storage_suffix(path):
         return PathContent(FileKind.BAG, "a recording")
     if head.startswith(_UTF16_SIGNATURES):

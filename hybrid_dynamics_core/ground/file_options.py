@@ -1,4 +1,4 @@
-"""What a robot file is read with: values of its parameters, arguments, folders of packages."""
+"""Options for reading a robot file: parameters, xacro arguments, search path, model."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Parameter = float | str  # a number in SI units, or an expression
 
 @dataclass(frozen=True)
 class FileOptions:
-    """What a file is read with.
+    """Options for reading a file.
 
     Attributes:
-        parameters: values in place of those that a description file gives its parameters.
+        parameters: values that replace those of the file's parameters.
         xacro_args: arguments of a xacro file.
-        search_path: folders in which packages are, after those that the file itself leads to.
+        search_path: folders of packages, searched after those around the file.
         model: name of the robot in a file of several.
     """
 
@@ -38,30 +38,30 @@ NO_OPTIONS = FileOptions()
 
 
 class RobotFile(str):
-    """Name of a shipped robot, or path of a file, with what it is read with.
+    """Name of a shipped robot or path of a file, with options for reading it.
 
-    It goes wherever such a name goes, as the text that it is.
+    It is a `str`, and may be used wherever such a name is.
 
     Attributes:
-        options: what the file is read with.
+        options: options for reading the file.
     """
 
     __slots__ = ("options",)
     options: FileOptions
 
     def __new__(cls, name: str, options: FileOptions) -> RobotFile:
-        """The name with its options."""
+        """Make a name with options."""
         file = super().__new__(cls, name)
         file.options = options
         return file
 
     def __getnewargs__(self) -> tuple[str, FileOptions]:  # type: ignore[override]
-        """What a copy is made of."""
+        """Arguments for copies and pickles."""
         return str(self), self.options
 
 
 def options_of(name: str) -> FileOptions:
-    """The options of a name; none where it is a plain text."""
+    """The options of a name; empty for a plain `str`."""
     return name.options if isinstance(name, RobotFile) else NO_OPTIONS
 
 
@@ -71,16 +71,16 @@ def file_options(
     search_path: PathText | Iterable[PathText] = (),
     model: str = "",
 ) -> FileOptions:
-    """The options that a call gives, checked.
+    """Check the options of a call.
 
     Args:
         parameters: values by name: numbers in SI units, or expressions.
-        xacro_args: texts by name; numbers and booleans are written as xacro has them.
+        xacro_args: texts by name; numbers and booleans are converted to xacro's form.
         search_path: a folder, or several.
-        model: name of the robot in a file of several; empty where the file has one.
+        model: name of the robot in a file of several; empty if the file has one.
 
     Raises:
-        InputError: something of another type.
+        InputError: an option has a wrong type.
     """
     values: dict[str, Parameter] = {}
     for name, value in _items("parameters", parameters):
@@ -113,7 +113,7 @@ def _parameter(name: str, value: object) -> Parameter:
 
 
 def _xacro_text(value: object) -> str:
-    """A value as xacro reads it."""
+    """The text of a value in xacro."""
     if isinstance(value, bool):
         return str(value).lower()
     return str(value)

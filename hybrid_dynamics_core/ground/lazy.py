@@ -1,8 +1,8 @@
-"""Attributes that are made when first asked for, without a lock.
+"""Cached properties without a lock.
 
-In Python 3.11 `functools.cached_property` holds one lock for all objects of a class. While one
-thread compiles a kernel, no other thread would get at another one. Here two threads may make the
-same value twice; the first one stays.
+In Python 3.11 `functools.cached_property` holds one lock for all objects of a class. So while one
+thread compiles a kernel, no other thread could use another one. Here two threads may compute the
+same value twice; the first result is kept.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class lazy(Generic[T]):  # noqa: N801 - a decorator, as property
-    """A property that is computed once for each object and then is a plain attribute of it."""
+    """A property that is computed once for each object and then stored as an attribute."""
 
     def __init__(self, make: Callable[[Any], T]) -> None:
         self._make = make

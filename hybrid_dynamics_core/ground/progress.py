@@ -5,20 +5,20 @@ from __future__ import annotations
 import sys
 import time
 
-PATIENCE = 1.0  # [s] a run has to last before anything is shown
+PATIENCE = 1.0  # [s] runs shorter than this show nothing
 PAUSE = 0.1  # [s] between two updates
 WIDTH = 30
 
 
 class Progress:
-    """Progress from 0 to a total; a context manager, so that the line is ended in any case.
+    """Progress from 0 to a total; a context manager, which always ends the line.
 
-    Nothing is shown for short runs, nor where no terminal is attached.
+    Short runs, and runs without a terminal, show nothing.
 
     Args:
-        label: what runs, at the beginning of the line.
+        label: name of the run, at the beginning of the line.
         total: value at the end of the run.
-        shown: True or False to force; None for terminals only.
+        shown: True or False to force; None to show on terminals only.
     """
 
     def __init__(self, label: str, total: float, shown: bool | None = None) -> None:

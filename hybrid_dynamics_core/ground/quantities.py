@@ -1,4 +1,4 @@
-"""Units that numbers may be written with, and the dimensions that keep lengths from forces."""
+"""Units of numbers in files, and their dimensions."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ _FACTORS: dict[str, tuple[float, str]] = {  # in SI units
 }
 
 
-_DIVISORS = {  # of units that are parts of SI units, or of kg
+_DIVISORS = {  # units that are fractions of SI units
     "dm": 10.0,
     "cm": 100.0,
     "mm": 1e3,
@@ -91,13 +91,13 @@ _DIVISORS = {  # of units that are parts of SI units, or of kg
 
 
 class Quantity(NamedTuple):
-    """A number in SI units, and what is known of its unit.
+    """A number in SI units, with its dimension.
 
     Attributes:
-        dividend: over the divisor it is the value in SI units.
-        dimension: of it; None where a name stands for it, whose unit nobody has written.
-        has_number: whether it is more than units.
-        divisor: 1000 for mm and the like, so that 700*mm is 0.7 to the last digit.
+        dividend: the value in SI units times the divisor.
+        dimension: its dimension; None for a name, whose unit is unknown.
+        has_number: whether it has a number, and not only units.
+        divisor: 1000 for units such as mm, so that 700*mm is exactly 0.7.
     """
 
     dividend: float
@@ -107,7 +107,7 @@ class Quantity(NamedTuple):
 
     @property
     def value(self) -> float:
-        """In SI units."""
+        """The value in SI units."""
         return self.dividend / self.divisor
 
     def times(self, other: Quantity) -> Quantity:
@@ -139,7 +139,7 @@ def dimension_of(unit: str) -> Dimension:
 
 
 def described(dimension: Dimension | None) -> str:
-    """A dimension in words, such as `a length`."""
+    """A dimension as text, such as `a length`."""
     if dimension is None:
         return "of a unit that is not written"
     for unit, words in _WORDS.items():
@@ -151,11 +151,11 @@ def described(dimension: Dimension | None) -> str:
 
 
 def mismatch(dimension: Dimension | None, units: Sequence[str]) -> str:
-    """What is wrong with the dimension of a number; empty where a unit fits.
+    """The error text for the dimension of a number; empty if it fits a unit.
 
     Args:
         dimension: of the number.
-        units: that are expected, any of them; none where all are.
+        units: the allowed units; empty if any unit is allowed.
     """
     if dimension is None or dimension == PLAIN or not units:
         return ""
@@ -188,4 +188,4 @@ def _units() -> Mapping[str, Quantity]:
     return MappingProxyType(units)
 
 
-UNITS = _units()  # what expressions may be multiplied with, by name
+UNITS = _units()  # units in expressions, by name

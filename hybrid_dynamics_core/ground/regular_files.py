@@ -1,6 +1,6 @@
-"""Files that are read without waiting for ever: pipes, devices and dead mounts are refused.
+"""Reading of regular files without blocking: pipes, devices and dead mounts are refused.
 
-Opening a pipe waits for whoever writes into it, and a file system that is gone may never answer.
+Opening a pipe waits for a writer, and a file system that is gone may never answer.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ _KINDS: Final = (
     (stat.S_ISBLK, "a device"),
     (stat.S_ISSOCK, "a socket"),
 )
-# Not opening for reading alone may wait; os.O_NONBLOCK is not everywhere.
+# O_NONBLOCK keeps `open` itself from waiting; not every system has it.
 _FLAGS: Final = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def special_kind(path: Path) -> str:
-    """What a path is that is neither a file nor a folder, in words; "" for files and folders.
+    """Text for a path that is a pipe, device or socket; "" for files and folders.
 
     Raises:
-        OSError: it cannot be asked.
+        OSError: the path cannot be examined.
     """
     return _kind(path.stat().st_mode)
 
 
 def open_regular(path: Path) -> BinaryIO:
-    """Open a file for reading, if it is one.
+    """Open a regular file for reading.
 
     Raises:
         OSError: it cannot be opened, or is a pipe, a device or a socket.
@@ -55,7 +55,7 @@ def read_regular(path: Path, limit: int) -> bytes:
 
     Args:
         path: of the file.
-        limit: bytes that are read at most.
+        limit: largest number of bytes to read.
 
     Raises:
         OSError: it cannot be read, is a pipe, a device or a socket, or gives no answer in time.
@@ -69,7 +69,7 @@ def read_regular(path: Path, limit: int) -> bytes:
 
 
 def may_be_file(path: Path) -> bool:
-    """Whether a path is a regular file; True where nobody answers, since reading it says so."""
+    """Whether a path is a regular file; True if there is no answer, since reading will fail."""
     try:
         return answered_in_time(path.is_file)
     except TimeoutError:
@@ -77,15 +77,15 @@ def may_be_file(path: Path) -> bool:
 
 
 def answered_in_time(ask: Callable[[], T], timeout: float = TIMEOUT) -> T:
-    """What a question to the file system is answered with.
+    """The result of a call to the file system, within a timeout.
 
     Args:
-        ask: asks it.
-        timeout: how long that may take [s].
+        ask: the call.
+        timeout: longest time of the call [s].
 
     Raises:
-        TimeoutError: there is no answer; the thread that asks is left behind.
-        Exception: what the question raises.
+        TimeoutError: there is no result; the thread of the call keeps running.
+        Exception: the error of the call.
     """
     answers: list[T] = []
     errors: list[Exception] = []

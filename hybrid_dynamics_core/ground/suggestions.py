@@ -1,4 +1,4 @@
-"""Messages about a name that does not exist: what may have been meant, and which names exist."""
+"""Messages for unknown names: a suggestion, and the existing names."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import difflib
 import unicodedata
 from collections.abc import Iterable
 
-MAX_WARNINGS = 3  # that an error lists
-MAX_NAMES = 40  # that a message lists
+MAX_WARNINGS = 3  # listed in an error
+MAX_NAMES = 40  # listed in a message
 
 
 def suggestion(name: str, candidates: Iterable[str]) -> str:
-    """A hint such as ` (did you mean 'mass'?)`, or nothing; capitals and accents do not count."""
+    """A hint such as ` (did you mean 'mass'?)`, or ""; case and accents are ignored."""
     originals: dict[str, str] = {}
     for candidate in candidates:
         originals.setdefault(fold_name(candidate), candidate)
@@ -22,12 +22,12 @@ def suggestion(name: str, candidates: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str) -> str:
-    """The one form of a hint at what was meant."""
+    """The text of a suggestion, the same in all messages."""
     return f" (did you mean '{word}'?)"
 
 
 def no_such_name(kind: str, name: str, existing: Iterable[str]) -> str:
-    """The message that no frame, loop or other kind of thing has this name."""
+    """The message that no frame, loop or other item has this name."""
     names = list(existing)
     listed = ", ".join(names[:MAX_NAMES]) or "none"
     if len(names) > MAX_NAMES:
@@ -36,7 +36,7 @@ def no_such_name(kind: str, name: str, existing: Iterable[str]) -> str:
 
 
 def with_warnings(problem: str, warnings: Iterable[str]) -> str:
-    """A problem, and below it the warnings about the file: most likely its cause."""
+    """A problem, followed by the warnings on the file, which may be its cause."""
     causes = [f"perhaps for this reason: {warning}" for warning in warnings]
     lines = [problem, *causes[:MAX_WARNINGS]]
     remaining = len(causes) - MAX_WARNINGS
@@ -46,6 +46,6 @@ def with_warnings(problem: str, warnings: Iterable[str]) -> str:
 
 
 def fold_name(name: str) -> str:
-    """A name without capitals and accents."""
+    """A name in lower case without accents."""
     letters = unicodedata.normalize("NFKD", name)
     return "".join(c for c in letters if not unicodedata.combining(c)).casefold()

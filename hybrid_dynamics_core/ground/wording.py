@@ -6,7 +6,7 @@ _SENTENCE_ENDS = (".", ":", ";", ",")
 
 
 def counted(count: int, what: str, plural: str = "") -> str:
-    """`1 loop`, `2 loops`; `plural` is given where it is no mere s."""
+    """`1 loop`, `2 loops`; `plural` is for words that take more than an s."""
     return f"{count} {singular_or_plural(count, what, plural or what + 's')}"
 
 
@@ -16,7 +16,7 @@ def singular_or_plural(count: int, singular: str, plural: str) -> str:
 
 
 def one_line(text: object) -> str:
-    """A message of several lines in one line, its lines parted as sentences are."""
+    """A message of several lines joined into one, as sentences."""
     joined = ""
     for line in str(text).splitlines():
         words = " ".join(line.split())

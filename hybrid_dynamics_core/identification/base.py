@@ -1,4 +1,4 @@
-"""Base parameters: the combinations of parameters that motion and efforts can show.
+"""Base parameters: the combinations of parameters that motion and efforts can identify.
 
 They come from a QR decomposition with column pivoting, Gautier (1991), doi 10.1002/rob.4620080405,
 of the regressor of the closed mechanism.
@@ -22,10 +22,10 @@ from .excite import random_motion
 
 RANK = 1e-9  # share of the largest pivot: far above rounding, far below errors of measurements
 NO_EFFECT = 1e-12  # a column shorter than this share of the longest has no effect
-# of random states, fast enough to show every product of rates
+# largest values in random states, fast enough to excite every product of rates
 RATE = 3.0  # [rad/s or m/s]
 ACCELERATION = 10.0  # [rad/s^2 or m/s^2]
-SHOWN = 1e-9  # coefficients below this are zero in `combine`, and so absent from names
+SHOWN = 1e-9  # coefficients below this are set to zero in `combine`
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +37,12 @@ class BaseParameters:
 
     Attributes:
         parameters: the p parameters.
-        kept: (b,) index of the parameter that leads each combination: its coefficient is 1, and it
+        kept: (b,) index of the leading parameter of each combination. It has the coefficient 1, and
             is in no other combination.
         combine: (b, p) coefficients.
-        invisible: names of the parameters that are in no combination: no motion shows them.
-        condition: condition number of the columns `kept` over random motion, each scaled to length
-            one.
+        invisible: names of the parameters in no combination, which no motion can identify.
+        condition: condition number of the regressor columns `kept`, scaled to unit length, over
+            random motion.
     """
 
     parameters: Parameters
@@ -86,7 +86,7 @@ def _term(factor: float, name: str) -> str:
 
 
 def joint_rows(robot: Robot, joints: Sequence[str]) -> list[int]:
-    """Places of some joints among the active ones. Raises InputError for others."""
+    """Indices of some joints in `robot.active`; raises InputError for other names."""
     for name in joints:
         if name not in robot.active:
             raise InputError(f"'{name}' is no active joint; they are {', '.join(robot.active)}")
@@ -106,13 +106,13 @@ def base_parameters(  # noqa: PLR0913, PLR0917 - a question with details
 
     Args:
         robot: the model, or its description.
-        parameters: of which combinations are made; None: inertias of all links with mass.
-        loads: what acts besides the actuators; None: what the description gives.
+        parameters: the parameters to combine; None: inertias of all links with mass.
+        loads: loads besides the actuators; None: those of the description.
         count: number of states; 0: enough for the number of parameters.
         seed: of the random states.
         tolerance: a column whose pivot is below this share of the largest counts as a combination
             of the columns before it.
-        joints: active joints whose efforts count; None: all.
+        joints: active joints whose efforts are measured; None: all.
 
     Returns:
         The combinations.
@@ -135,12 +135,12 @@ def base_parameters(  # noqa: PLR0913, PLR0917 - a question with details
     effective = np.flatnonzero(sizes > NO_EFFECT * sizes.max(initial=0.0))
     if not len(effective):
         raise InputError("no parameter has any effect on tau")
-    scaled = matrix[:, effective] / sizes[effective]  # so that units of parameters do not matter
+    scaled = matrix[:, effective] / sizes[effective]  # makes units of parameters irrelevant
     triangle, order = qr(scaled, mode="r", pivoting=True)
     rank = numerical_rank(triangle, tolerance)
     leads = effective[order[:rank]]
     others = effective[order[rank:]]
-    # scaled columns: others = leads @ mixing, so what multiplies `others` counts for `leads` too
+    # scaled columns: others = leads @ mixing, so parameters of `others` add to those of `leads`
     lead_triangle = triangle[:rank, :rank]
     mixing = solve_triangular(lead_triangle, triangle[:rank, rank:])
     combine = np.zeros((rank, len(names)))

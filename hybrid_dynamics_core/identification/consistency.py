@@ -1,10 +1,10 @@
-"""Parameters that belong to bodies: of all that some body could have, the nearest to measurements.
+"""Physically consistent parameters: the nearest to measurements that bodies can have.
 
 A body's ten parameters are physical exactly if its pseudo-inertia P = [[tr(J)/2 E - J, m c], [m
-c^T, m]] is positive definite: Wensing, Kim and Slotine (2018), doi 10.1109/LRA.2017.2729659. The
-measurements leave some combinations open. There the estimate stays near a prior in the divergence
-tr(P0^-1 P) - log det(P0^-1 P) - 4, which is convex and bars the border: Lee, Wensing and Park
-(2020), doi 10.1109/TRO.2019.2926491. All of it is one convex problem for Newton's method.
+c^T, m]] is positive definite: Wensing, Kim and Slotine (2018), doi 10.1109/LRA.2017.2729659.
+Measurements leave some combinations undetermined. These stay near a prior in the divergence
+tr(P0^-1 P) - log det(P0^-1 P) - 4 of Lee, Wensing and Park (2020), doi 10.1109/TRO.2019.2926491. It
+is convex, and a barrier of the feasible set. Newton's method solves the convex problem.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from scipy.linalg import solve_triangular
 from ..ground.arrays import Array
 
 ITERATIONS = 100  # for each weight
-CONVERGED = 1e-6  # Newton decrement, in times of the weight, at which a minimum is taken
-SMALLEST = 1e-9  # weight that still counts, as a share of the misfit
-# Newton decrement, in times of the weight or the misfit, beyond which a minimum was missed
+CONVERGED = 1e-6  # Newton decrement over the weight at which a minimum is accepted
+SMALLEST = 1e-9  # least weight, as a share of the squared error
+# Newton decrement over the weight or the squared error above which Newton failed
 ROUNDING = 1e-5
-SHORTEST = 1e-9  # part of Newton's step that is still tried
-DECREASE = 0.1  # of the cost that Newton's step promises: less is no step
-# smallest eigenvalue over the largest, in the prior's coordinates: below, the border is rounding
+SHORTEST = 1e-9  # smallest share of Newton's step in the line search
+DECREASE = 0.1  # least decrease of the cost, as a share of the predicted one
+# smallest over largest eigenvalue in the prior's coordinates; below it, the barrier is rounding
 BORDER = 1e-12
-FLAT = 1e-6  # smallest eigenvalue of a prior, as a share of the trace, below which it is widened
-# [m] added to the radii of gyration of a prior that has some at zero, such as a slender rod
+FLAT = 1e-6  # least eigenvalue of a prior, as a share of the trace; a smaller one is increased
+# [m] added to radii of gyration of a prior such as a slender rod, where one is zero
 WIDENING = 0.05
 _log = logging.getLogger(__name__)
-_ENTRIES = tuple(combinations_with_replacement(range(3), 2))  # of an inertia, row by row
+_ENTRIES = tuple(combinations_with_replacement(range(3), 2))  # upper triangle, row by row
 
 
 def pseudo_inertia(values: Array) -> Array:
@@ -42,7 +42,7 @@ def pseudo_inertia(values: Array) -> Array:
 
 
 def _basis() -> Array:
-    """P of each parameter at one, the others zero: (10, 4, 4)."""
+    """P (10, 4, 4) of each parameter set to one, with the others zero."""
     basis = np.zeros((10, 4, 4))
     basis[0, 3, 3] = 1.0
     for k, matrix in enumerate(basis[1:4]):
@@ -69,7 +69,7 @@ class _MatrixVariable:
 
     @property
     def columns(self) -> slice:
-        """Its place among all parameters."""
+        """Its columns among all parameters."""
         end = self.start + len(self.to_parameters)
         return slice(self.start, end)
 
@@ -94,17 +94,17 @@ def consistent(
     bodies: int,
     weight: float,
 ) -> Array:
-    """Physical parameters that fit measurements, and stay near a prior where these leave them open.
+    """Physical parameters that fit measurements, and stay near a prior where undetermined.
 
     They minimise |matrix pi - target|^2 / 2 + weight * divergence of pi from the prior.
 
     Args:
         matrix: (k, p) equations.
         target: (k,) their right-hand sides.
-        prior: (p,) physical, or on the border of it. The first 10 `bodies` are inertial, the others
-            positive numbers.
+        prior: (p,) physical, or on the boundary. The first 10 `bodies` entries are inertial, the
+            others positive numbers.
         bodies: number of bodies.
-        weight: of the divergence.
+        weight: weight of the divergence.
 
     Returns:
         (p,) the parameters pi.
@@ -116,14 +116,14 @@ def consistent(
     equations = _triangle(matrix @ transform, target)
     x = np.concatenate([variable.identity for variable in variables])
     decrement = np.inf
-    # Where the best fit is no body, the minimum lies at the border; from afar Newton's steps would
-    # creep along it. So the divergence counts for much at first, and then for ever less.
+    # If the best fit is no body, the minimum is near the boundary, where Newton's steps are short.
+    # So the weight of the barrier starts large and is reduced (interior point method).
     error = _squared_error(equations, x)
     for stage in _weights(0.5 * error, weight):
         x, decrement = _minimised(variables, x, equations, stage)
         error = _squared_error(equations, x)
         if stage < SMALLEST * 0.5 * error:
-            break  # less changes nothing in the fit, and the border comes too near for rounding
+            break  # a smaller weight would not change the fit
     if decrement > ROUNDING * max(stage, error):
         _log.warning(
             "physical parameters were not found to the end: the cost may be %.2g too high",
@@ -142,7 +142,7 @@ def _block_diagonal(variables: _Variables, size: int) -> Array:
 
 
 def _weights(misfit: float, last: float) -> list[float]:
-    """From that of the misfit down to the last, a tenth each."""
+    """Weights from the squared error down to the last, each a tenth of the one before."""
     ratio = max(misfit, last) / last
     stages = max(0, math.ceil(math.log10(ratio)))
     return [last * 10.0**k for k in range(stages, -1, -1)]
@@ -165,7 +165,7 @@ def _minimised(
         lower = _cost(variables, x + length * step, equations, weight)
         while not lower <= cost - DECREASE * length * decrement:
             length *= 0.5
-            if length < SHORTEST:  # rounding hides what is lower
+            if length < SHORTEST:  # rounding hides a lower cost
                 return x, decrement
             lower = _cost(variables, x + length * step, equations, weight)
         x = x + length * step
@@ -180,7 +180,7 @@ def _squared_error(equations: Array, x: Array) -> float:
 
 
 def _triangle(matrix: Array, target: Array) -> Array:
-    """[R, Q^T target] (k, p + 1): the squares of (matrix, target) in few rows, less a constant."""
+    """[R, Q^T target] (k, p + 1) of a QR decomposition: the same least squares with fewer rows."""
     equations = np.column_stack([matrix, target])
     return np.asarray(np.linalg.qr(equations, mode="r"))
 
@@ -191,7 +191,7 @@ def _cost(
     equations: Array,
     weight: float,
 ) -> float:
-    """The cost; infinite beyond the border, and where rounding hides the border."""
+    """The cost; infinite outside of the feasible set, and at its boundary up to rounding."""
     total = 0.5 * _squared_error(equations, x)
     for variable in variables:
         values = np.linalg.eigvalsh(variable.matrix(x))
@@ -210,9 +210,9 @@ def _newton(
 ) -> tuple[Array, float]:
     """Newton's step and decrement, by least squares.
 
-    Squares of what was measured would drown the open combinations. With X = C C^T and F_k = C^-1
-    M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and the Hessian <F_k, F_l>. The
-    step s has the smallest |R s + r|^2 + weight |F s + C^T C - E|^2.
+    Normal equations would lose the undetermined combinations to rounding. With X = C C^T and F_k =
+    C^-1 M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and the Hessian <F_k, F_l>.
+    The step s minimises |R s + r|^2 + weight |F s + C^T C - E|^2.
     """
     size = len(x)
     residual = -(equations @ np.append(x, -1.0))

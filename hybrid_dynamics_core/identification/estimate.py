@@ -28,18 +28,18 @@ from .base import RANK, BaseParameters, base_parameters, joint_rows, numerical_r
 from .consistency import consistent
 from .outliers import Mask, outlying_samples
 
-# Of the divergence from the prior against half the sum of squares of normalised residuals.
+# Weight of the divergence from the prior, relative to half the sum of squared residuals.
 PRIOR_WEIGHT = 1e-3
-# Of a joint's largest effort: none is measured better, and a better weight leaves only rounding.
+# Least noise, as a share of a joint's largest effort; below it, only rounding would be left.
 FINEST = 1e-6
-RUNS = 3  # estimates, each weighted with the residuals of the one before
+RUNS = 3  # number of fits, each weighted by the residuals of the one before
 CONFIDENCE = 0.95  # of intervals
-LISTED = 3  # base parameters that are named in a message
-TINY = 1e-300  # divisors at least
+LISTED = 3  # base parameters named in a message
+TINY = 1e-300  # keeps divisors above zero
 
 
 class TooLittleShownError(InputError):
-    """The samples do not show all base parameters that were asked for."""
+    """The samples do not determine all requested base parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +47,17 @@ class Identification:
     """Estimated parameters.
 
     Attributes:
-        base: which combinations the data can show.
-        estimate: (b,) of them, by weighted least squares.
-        deviation: (b,) standard deviation of each. It takes the noise of the samples as
-            independent: filtered or densely sampled logs make it too small.
+        base: the combinations that the data can determine.
+        estimate: (b,) values of the combinations, by weighted least squares.
+        deviation: (b,) standard deviation of each. It assumes independent noise: for filtered or
+            densely sampled logs it is too small.
         interval: (b, 2) where each lies with 95 % confidence, too narrow for such logs as well.
-        values: (p,) of all parameters, physical: positive masses, inertias that bodies can have,
-            friction above zero. Combinations that the data cannot show stay near the description.
+        values: (p,) physical values of all parameters: positive masses, inertias that bodies can
+            have, positive friction. Undetermined combinations stay near the description.
         noise: (k,) standard deviation of the residuals of each joint with efforts [N m or N].
         explained: (k,) share of the variance of tau that the estimate explains, 1 at best.
-        outlying: (N,) which samples were left out: in some joint further from the estimate than
-            noise explains.
-        residual: (N, k) measured efforts less those of the estimate, of all samples [N m or N].
+        outlying: mask (N,) of samples that were left out as outliers in some joint.
+        residual: (N, k) measured minus estimated efforts of all samples [N m or N].
         condition: condition number of the data: above a few hundred the motion excites too little.
     """
 
@@ -75,7 +74,7 @@ class Identification:
 
     @property
     def parameters(self) -> Parameters:
-        """Which parameters were asked for."""
+        """The requested parameters."""
         return self.base.parameters
 
     def described(self, description: RobotDescription) -> RobotDescription:
@@ -116,26 +115,24 @@ def identify(  # noqa: PLR0913, PLR0917 - the data, and what of them counts
 ) -> Identification:
     """Estimate parameters from samples of a motion and of its efforts.
 
-    Samples that noise does not explain are left out, see `Identification.outlying`.
+    Outliers are left out, see `Identification.outlying`.
 
     Args:
-        robot: the model, or its description. Parameters that are not estimated are taken as it has
-            them.
+        robot: the model, or its description. It gives the parameters that are not estimated.
         state: N states, a batch.
         ddu: (N, n) accelerations of the active joints [rad/s^2 or m/s^2].
         tau: (N, k) measured efforts of `joints` [N m or N].
-        parameters: which to estimate; None: inertias of all links with mass, friction of no joint.
-        loads: what acts besides the actuators, taken as it is; None: what the description gives.
-        joints: the k active joints whose efforts were measured; None: all. Base parameters are
-            those that the efforts of these joints can show.
+        parameters: the parameters to estimate; None: inertias of all links with mass, no friction.
+        loads: known loads besides the actuators; None: those of the description.
+        joints: the k active joints whose efforts were measured; None: all. They decide which base
+            parameters there are.
 
     Returns:
         Estimates, with confidence and residuals.
 
     Raises:
-        TooLittleShownError: an InputError, where the samples do not show all base parameters.
-        InputError: for a row whose loops do not close, entries that are not finite, and names that
-            the robot does not have.
+        TooLittleShownError: an InputError: the samples do not determine all base parameters.
+        InputError: the loops of a row do not close, an entry is not finite, or a name is unknown.
     """
     robot = robot_of(robot)
     require_type("state", state, ClosedState, "robot.close(u, du)")
@@ -152,7 +149,7 @@ def identify(  # noqa: PLR0913, PLR0917 - the data, and what of them counts
     efforts = finite_vectors("tau", tau, joints, len(state.u))
     prior = parameters.values(robot.description, loads.effects)
     regressor = robot.regressor(state, ddu, parameters, loads)[:, rows]
-    # The efforts of all that is not estimated.
+    # Efforts of the parameters that are not estimated.
     given = robot.inverse_dynamics(state, ddu, loads)[:, rows] - regressor @ prior
     base = base_parameters(robot, parameters, loads, joints=joints)
     target = efforts - given
@@ -175,7 +172,7 @@ def identify(  # noqa: PLR0913, PLR0917 - the data, and what of them counts
 
 
 def _check_closed(state: ClosedState) -> None:
-    """Raise InputError at the first row that `close(..., check=False)` let through."""
+    """Raise InputError at the first row that did not close in `close(..., check=False)`."""
     status = np.asarray(state.status)
     rows = np.flatnonzero(status != ClosureStatus.OK)
     if len(rows):
@@ -190,7 +187,7 @@ def _check_closed(state: ClosedState) -> None:
 class _Fit:
     """Least squares in the base parameters, without outliers.
 
-    The equations of each joint are weighted with its noise.
+    The equations of each joint are weighted by its noise.
     """
 
     def __init__(self, regressor: Array, target: Array, base: BaseParameters) -> None:
@@ -212,7 +209,7 @@ class _Fit:
         self.explained = 1.0 - unexplained / variance
 
     def _take(self, regressor: Array, target: Array) -> None:
-        """Fit these samples; raise InputError where they are too few or show too little."""
+        """Use these samples; raise InputError if they are too few or determine too little."""
         self.regressor = regressor
         self.target = target
         self.columns = regressor[..., self.base.kept]
@@ -224,7 +221,7 @@ class _Fit:
         self._check_shown()
 
     def _check_shown(self) -> None:
-        """Raise InputError where some base parameters have no effect of their own."""
+        """Raise InputError if the samples do not separate the effects of some base parameters."""
         size = self.base.size
         matrix = self.columns.reshape(-1, size)
         norms = np.linalg.norm(matrix, axis=0)
@@ -241,7 +238,7 @@ class _Fit:
             )
 
     def _estimated_noise(self, floor: Array) -> Array:
-        """(n,) deviation of each joint's noise, from residuals of estimates weighted with it."""
+        """(n,) standard deviation of each joint's noise, by iteratively reweighted fits."""
         n = self.target.shape[1]
         self.noise = np.ones(n)
         for _ in range(RUNS - 1):
@@ -253,7 +250,7 @@ class _Fit:
         return self.noise
 
     def _solved(self) -> tuple[Array, Array, Array]:
-        """The estimate with the present weights, the scaled equations' triangle, the scales."""
+        """Estimate with the present weights, triangle R of the scaled equations, and the scales."""
         matrix = self.weighted(self.columns)
         sizes = np.linalg.norm(matrix, axis=0)
         q, triangle = np.linalg.qr(matrix / sizes)
@@ -269,7 +266,7 @@ class _Fit:
         return np.asarray(scale * lengths / sizes)
 
     def _interval(self) -> Array:
-        """(b, 2) ends between which each base parameter lies with the CONFIDENCE."""
+        """(b, 2) confidence interval of each base parameter."""
         quantile = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, self._free)
         reach = float(quantile) * self.deviation
         low = self.beta - reach
@@ -288,7 +285,7 @@ class _Fit:
 
 
 def _noise_floor(target: Array) -> Array:
-    """(n,) least deviation of each joint's noise, from efforts (N, n)."""
+    """(n,) least standard deviation of each joint's noise, from efforts (N, n)."""
     size = np.abs(target)
     largest = size.max(initial=TINY)
     finest = FINEST * size.max(axis=0)
@@ -296,10 +293,9 @@ def _noise_floor(target: Array) -> Array:
 
 
 def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
-    """The prior with inertias that bodies have, and joint parameters above zero.
+    """The prior, changed to possible inertias and joint parameters above zero.
 
-    Joint parameters, those after the inertial ones, that are zero get the value that would make a
-    hundredth of tau.
+    Joint parameters that are zero get a value that gives a hundredth of tau.
     """
     squares = fit.regressor[..., inertial:] ** 2
     sizes = np.sqrt(squares.mean(axis=(0, 1)))
@@ -313,7 +309,7 @@ def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
 
 
 def _possible(body: Array) -> Array:
-    """Ten parameters of a body, with the nearest inertia that a body has."""
+    """Ten parameters of a body, with the nearest possible inertia."""
     link = link_of("", body)
     if not impossibility(link.inertia, TRIANGLE_SLACK):
         return body

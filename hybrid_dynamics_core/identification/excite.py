@@ -1,4 +1,4 @@
-"""Random motions of a robot, to find out what any motion can show."""
+"""Random motions of a robot, to find which parameters motion can identify."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..ground.check_arguments import integer, real_number
 from ..robot.robot import Robot
 from ..robot.taken import AnyRobot, robot_of
 
-REACH = 0.5  # [rad or m] about the reference where a coordinate has no limits
+REACH = 0.5  # [rad or m] half range about the reference of a coordinate without limits
 TRIES = 30
 REGULAR = 0.02  # distance to a singularity below which a state is left out
 
@@ -30,14 +30,14 @@ def random_motion(
         robot: the model, or its description.
         count: number of states N.
         seed: of the random numbers.
-        rate: largest of each coordinate [rad/s or m/s].
-        acceleration: largest of each coordinate [rad/s^2 or m/s^2].
+        rate: largest rate of each coordinate [rad/s or m/s].
+        acceleration: largest acceleration of each coordinate [rad/s^2 or m/s^2].
 
     Returns:
         A batch of N closed states, and accelerations (N, n) of the active joints.
 
     Raises:
-        InputError: where hardly any state about the reference closes.
+        InputError: hardly any state about the reference closes.
     """
     robot = robot_of(robot)
     count = integer("count", count)
@@ -68,7 +68,7 @@ def random_motion(
 
 
 def _are_regular(robot: Robot, u: Array) -> NDArray[np.bool_]:
-    """(N,) which of active coordinates (N, n) close, away from singularities."""
+    """Mask (N,) of the active coordinates (N, n) that close away from singularities."""
     state = robot.close(u, check=False)
     closed = np.asarray(state.status) == 0
     distance = np.nan_to_num(state.singularity, nan=0.0)

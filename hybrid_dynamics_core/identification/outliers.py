@@ -1,9 +1,9 @@
 """Outlier tests on studentised residuals, from a robust start.
 
-Cook and Weisberg (1982), Residuals and Influence in Regression, chapter 2: with k values the limit
-is the one that the largest of k Gaussian ones stays below in 19 of 20 cases. Good samples are so
-hardly ever left out, and intervals keep their confidence. The start is Huber's (1964, doi
-10.1214/aoms/1177703732), as one bad sample spoils least squares.
+Cook and Weisberg (1982), Residuals and Influence in Regression, chapter 2. Of k Gaussian values,
+the largest stays below the limit in 19 of 20 cases. So good samples are rarely left out, and
+intervals keep their confidence. The start is the fit of Huber (1964), doi 10.1214/aoms/1177703732,
+since one bad sample spoils least squares.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from scipy.linalg import solve_triangular
 from ..ground.arrays import Array
 
 Mask = NDArray[np.bool_]
-HUBER = 1.345  # deviations up to which residuals count in full: 95 % efficient with Gaussian noise
-STEPS = 20  # of the robust start, at most
-SETTLED = 0.05  # change of a deviation below which the robust start is done
-ROUNDS = 20  # of leaving out and taking back
+HUBER = 1.345  # deviations up to which residuals have full weight: 95 % efficient on Gaussians
+STEPS = 20  # most iterations of the robust start
+SETTLED = 0.05  # change of a deviation below which the robust start has converged
+ROUNDS = 20  # iterations of removing and restoring samples
 CASES = 0.05  # share of clean recordings in which a good sample is left out
-TINY = 1e-300  # divisors at least
-# Shares of a joint's efforts. A residual below the first does not matter. Errors of accelerations
-# and of the model are no white noise: a joint without noise of its own shows them alone.
+TINY = 1e-300  # keeps divisors above zero
+# Both are shares of a joint's efforts. Residuals below NEGLIGIBLE do not matter. Errors of
+# accelerations and of the model are not white: a joint with little noise shows only these.
 NEGLIGIBLE = 1e-3
-BETTER = 0.1  # noise of a joint in times of the typical one, as shares of their efforts, at least
-LEAST_FREE = 1e-9  # 1 - leverage of an equation that alone tells a parameter: rounding is below
+BETTER = 0.1  # least noise of a joint over the typical one, both as shares of their efforts
+LEAST_FREE = 1e-9  # 1 - leverage below which an equation alone determines a parameter
 
 
 def noise_limit(count: int) -> float:
@@ -42,12 +42,12 @@ def robust_deviation(values: Array) -> Array:
 
 
 def least_deviation(deviation: Array, size: Array, count: int) -> Array:
-    """The least noise (n,) that outliers of each joint are measured with.
+    """The least noise (n,) by which outliers of each joint are judged.
 
     Args:
         deviation: (n,) of the residuals.
         size: (n,) deviation of the efforts.
-        count: how many values are compared with `noise_limit`.
+        count: number of values that are compared with `noise_limit`.
     """
     share = deviation / np.maximum(size, TINY)
     typical = float(np.median(share))
@@ -56,15 +56,15 @@ def least_deviation(deviation: Array, size: Array, count: int) -> Array:
 
 
 def outlying_samples(columns: Array, target: Array, floor: Array) -> Mask:
-    """Samples further from `columns` beta = `target` in some joint than noise explains.
+    """Find samples whose residual of `columns` beta = `target` exceeds the noise in some joint.
 
     Args:
         columns: (N, n, b), of full rank.
         target: (N, n).
-        floor: (n,) least deviation of each joint's noise, in units of the target.
+        floor: (n,) least standard deviation of each joint's noise, in units of the target.
 
     Returns:
-        (N,) whether a sample is an outlier.
+        Mask (N,) of outliers.
     """
     limit = noise_limit(target.size)
     size = robust_deviation(target)
@@ -112,11 +112,11 @@ def _studentised(
     weights: Array,
     scale: Array,
 ) -> Array:
-    """Distance (N, n) of each equation from the fit to the others, in deviations of that distance.
+    """Studentised residuals (N, n): of each equation to the fit of all others.
 
-    The noise of each joint has the deviation `scale` (n,). The distance follows from the residual r
-    of the fit to all equations. With the weight w of the equation and its leverage h at a weight of
-    one it is r / (1 - w^2 h), with the variance 1 + h / (1 - w^2 h).
+    The noise of each joint has the deviation `scale` (n,). With the residual r of the fit to all
+    equations, the weight w of an equation, and its leverage h at weight one, the residual is r / (1
+    - w^2 h) with the variance 1 + h / (1 - w^2 h).
     """
     size = columns.shape[-1]
     weighted = columns * weights[..., None]

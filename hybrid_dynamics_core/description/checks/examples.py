@@ -1,4 +1,4 @@
-"""How entries are written where a bare number or name is a natural slip."""
+"""Examples of entries, for errors on a bare number or name in their place."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ..document import KeyPath
 
 
 def example(path: KeyPath, value: Any) -> str:
-    """A hint how an entry is written, as `; as in gravity: [0, 0, -9.81]`.
+    """A hint on how to write an entry, such as `; as in gravity: [0, 0, -9.81]`.
 
     Args:
         path: path of the entry, or of the first number in a list that should be a mapping.
-        value: what stands there instead.
+        value: the wrong value there.
 
     Returns:
         The hint, or an empty text where no example fits.
@@ -30,7 +30,7 @@ def example(path: KeyPath, value: Any) -> str:
     if parent in ("pin", "between"):  # the key is a link's name, the entry a point on it
         return f"; as in {key}: {_point(value)}"
     in_list = isinstance(path[-1], int)
-    if key not in _EXAMPLES or (in_list and key != "origin"):  # [x, y, z] is natural elsewhere
+    if key not in _EXAMPLES or (in_list and key != "origin"):  # elsewhere [x, y, z] is right
         return ""
     return f"; as in {key}: {_EXAMPLES[key](value)}"
 
@@ -42,7 +42,7 @@ def _number(value: Any, default: float) -> float:
 
 
 def _size_or(value: Any, default: float) -> float:
-    """The size of a number, or the default where it is none or zero."""
+    """The absolute value of a number; the default if it is zero or no number."""
     return abs(_number(value, default)) or default
 
 

@@ -12,7 +12,7 @@ class LinkTree:
     Attributes:
         base: name of the base link.
         links, joints, frames: entries of the document by name.
-        parent_joint: the joint on which each link hangs, of the joints that were added.
+        parent_joint: the joint above each link, for the joints added so far.
     """
 
     def __init__(self, document: Document) -> None:
@@ -46,7 +46,7 @@ class LinkTree:
         """The link under a frame.
 
         Raises:
-            DescriptionError: the frame stands on itself.
+            DescriptionError: frames form a cycle.
         """
         visited: list[str] = []
         while name in self.frames and self.frames[name]["link"] != name:
@@ -58,10 +58,10 @@ class LinkTree:
         return name
 
     def check_base(self) -> None:
-        """Check that the base exists, also where it has another name than is thought.
+        """Check that the base exists, whether the file names it or not.
 
         Raises:
-            DescriptionError: it does not.
+            DescriptionError: there is no such link.
         """
         loose = [link for link in self.links if link not in self.parent_joint]
         if "base" in self.document.data or self.base in self.links:
@@ -119,7 +119,7 @@ class LinkTree:
         return self.parent_joint[link]
 
     def _carriers(self) -> set[str]:
-        """Names on which joints and frames stand."""
+        """Names of links and frames that carry joints or frames."""
         carriers = {joint["parent"] for joint in self.joints.values()}
         return carriers | {frame["link"] for frame in self.frames.values()}
 

@@ -1,6 +1,7 @@
 """Whether the links of a loop form its type: A to D of Chu et al. (2020), Section 2.
 
-The letter says which link hangs on which, what the cut pin ties, and on which link the arm goes on.
+A type fixes the parents of the links, the two links of the cut pin, and the link on which the arm
+continues.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ _SAME_LINE = 1e-5  # [m] between them
 
 
 class _LoopType(NamedTuple):
-    """Roles of links: carriers of arm and k2, ends of the pin, output that the arm goes on from."""
+    """Roles of links: parents of arm and k2, ends of the pin, and the output link."""
 
     arm_on: str
     k2_on: str
@@ -119,7 +120,7 @@ class _LoopCheck:
         )
 
     def hangs_on(self, role: str, carrier: str) -> bool:
-        """Whether a link hangs on another, or beside it on one pivot through three links."""
+        """Whether a link is a child of another, or shares a pivot with it on a common parent."""
         joint = self.joint_to.get(self.links[role])
         if joint is None:
             return False
@@ -131,7 +132,7 @@ class _LoopCheck:
         return _share_pivot(joint, beside)
 
     def check_output(self) -> None:
-        """Check the claim about the link that carries the arm on, where the tree tells."""
+        """Check the output link, if the tree shows on which link the arm continues."""
         output = self.links[_TYPES[self.loop.type].output]
         members = [self.links[role] for role in ("arm", "k1", "k2")]
         carriers = [link for link in self.links_below_end_effector() if link in members]
@@ -154,7 +155,7 @@ class _LoopCheck:
         return links
 
     def carries_something(self, link: str) -> bool:
-        """Whether links outside of the loop hang on a link, or other closures tie it."""
+        """Whether a link carries links outside of the loop, or has other closures."""
         members = set(self.links.values())
         for joint in self.robot.joints.values():
             if joint.parent == link and joint.child not in members:

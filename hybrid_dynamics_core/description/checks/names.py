@@ -1,4 +1,4 @@
-"""What the schema cannot say of names: they exist, and links and joints form one tree."""
+"""Checks beyond the schema: names exist, and links and joints form one tree."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class _NameCheck:
             raise self.document.error(path, no_such_name(kind, name, existing))
 
     def _refuse_link(self, name: str, path: KeyPath) -> None:
-        """A link among the active joints is a slip of its own."""
+        """Raise if a link is listed among the active joints."""
         if name not in self.tree.links or name in self.tree.joints:
             return
         hint = ""
@@ -124,10 +124,10 @@ class _NameCheck:
             self._check_cycle([name, source], key)
 
     def _check_cycle(self, followed: list[str], path: KeyPath) -> None:
-        """Check that a joint does not follow itself by way of others.
+        """Check that a joint does not follow itself through others.
 
         Args:
-            followed: the joint, then each that the one before follows.
+            followed: a chain of joints, each followed by the one before.
             path: of the entry, for the message.
         """
         name, *others = followed
@@ -135,13 +135,13 @@ class _NameCheck:
             cycle = " -> ".join(followed)
             raise self.document.error(path, f"'{name}' follows itself ({cycle})")
         *before, last = followed
-        if last in before:  # an error at that joint
+        if last in before:  # reported at that joint
             return
         for source in self._sources(last):
             self._check_cycle([*followed, source], path)
 
     def _sources(self, name: str) -> list[str]:
-        """The joints that a joint follows; none where its entry is wrong."""
+        """The joints that a joint follows; empty if its entry is wrong."""
         mimic = self.tree.joints.get(name, {}).get("mimic")
         if not mimic or form_problem(mimic):
             return []

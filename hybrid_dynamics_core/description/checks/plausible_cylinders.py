@@ -1,4 +1,4 @@
-"""Cylinders whose lengths are hardly metres, and whose pressures are hardly pascals."""
+"""Warnings of cylinders whose sizes are likely in millimetres, or pressures in bar."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from ..actuators import HydraulicCylinder
 from ..document import Document
 from ..model import RobotDescription
 
-# Pistons of the largest forging presses are 2 m wide; elsewhere a bore is far below the reach.
+# The largest forging presses have pistons of 2 m. In robots a bore is far below the reach.
 _LARGEST_BORE = 3.0  # [m]
-_WIDE_BORE = 0.5  # [m] narrower ones may be wider than a small robot reaches
+_WIDE_BORE = 0.5  # [m] a smaller bore may exceed the reach of a small robot
 # Pneumatics and water hydraulics begin at about a bar; a vacuum gripper is no cylinder.
 _LEAST_SUPPLY = 1e4  # [Pa]
-_MOST_SUPPLY = 1e9  # [Pa] what steel holds
+_MOST_SUPPLY = 1e9  # [Pa] strength of steel
 _LONG_STROKE = 40.0  # [m]
 _STROKE_RATIO = 20.0  # of a stroke to the reach
 
@@ -22,8 +22,8 @@ def warn_of_cylinders(document: Document, robot: RobotDescription, reach: float)
     """Warn of bores, rods and strokes in millimetres, and of pressures in bar.
 
     Args:
-        document: that keeps the warnings.
-        robot: whose cylinders are looked at.
+        document: collects the warnings.
+        robot: the description to check.
         reach: of the robot from its base [m].
     """
     for joint, cylinder in robot.actuators.items():

@@ -1,4 +1,4 @@
-"""Lengths that are hardly metres, and inertias hardly kg m^2, by the reach of the robot."""
+"""Warnings of lengths and inertias that do not fit the reach of the robot, hence wrong units."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .plausible_cylinders import warn_of_cylinders
 
 # A bucket-wheel excavator, the longest machine that moves on land, is 225 m long.
 _LONGEST_REACH = 250.0  # [m]
-# A longer stroke, so many times longer than the robot reaches, is written in millimetres.
+# A stroke above this length, and above this ratio to the reach, is likely in millimetres.
 _LONG_STROKE = 40.0  # [m]
 _STROKE_RATIO = 20.0  # of a stroke to the reach
-_GYRATION_RATIO = 4.0  # of a radius of gyration to the reach: no mass is so far outside
+_GYRATION_RATIO = 4.0  # of a radius of gyration to the reach: no mass is so far away
 
 _Length = tuple[float, KeyPath]  # a length [m], and where it is written
 
@@ -39,7 +39,7 @@ def warn_of_lengths(document: Document, robot: RobotDescription) -> None:
 
 
 def _longest_path(robot: RobotDescription) -> list[_Length]:
-    """The lengths from the base to what is farthest from it, slides at zero."""
+    """The lengths from the base to the farthest point, with slides at zero."""
     joint_to = robot.joint_to()
     paths: list[list[_Length]] = []
     for point, key_path, link in _ends(robot):
@@ -78,7 +78,7 @@ def _path_to(link: str, joint_to: dict[str, Joint]) -> list[_Length]:
 
 
 def _warn_of_strokes(document: Document, robot: RobotDescription, reach: float) -> None:
-    """Warn of slides whose limits have nothing to do with the size of the robot."""
+    """Warn of slides whose limits are far larger than the robot."""
     for name, joint in robot.joints.items():
         ends = [abs(end) for end in joint.limits if math.isfinite(end)]
         limit = max(ends, default=0.0)
@@ -94,7 +94,7 @@ def _warn_of_strokes(document: Document, robot: RobotDescription, reach: float) 
 
 
 def _warn_of_inertias(document: Document, robot: RobotDescription, reach: float) -> None:
-    """Warn of inertias whose mass would have to be far outside of the robot."""
+    """Warn of inertias with a radius of gyration far larger than the robot."""
     for name, link in robot.links.items():
         if name == robot.base or not link.mass or reach <= 0.0:
             continue
@@ -111,7 +111,7 @@ def _warn_of_inertias(document: Document, robot: RobotDescription, reach: float)
 
 
 def _stands_for_none(limit: float) -> bool:
-    """Whether a limit is a power of ten, which URDFs and the like have where there is none."""
+    """Whether a limit is a power of ten, which many URDFs have in place of no limit."""
     return float(np.log10(limit)).is_integer()
 
 

@@ -1,4 +1,4 @@
-"""Masses that are hardly kilograms: a link that outweighs all others by far is in grams."""
+"""Warnings of masses in grams: one link outweighs all others by far."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from ..entries import section_entries
 from ..model import RobotDescription
 from ..values import ValueReader
 
-# Grams make a link a thousand times as heavy as it is.
+# A mass in grams is a thousand times too large.
 MEDIAN_RATIO = 500.0  # of the heaviest link to the median of the others
-# A platform on light rods and crosses is not ten times as heavy as the next link.
+# Even a platform on light rods is less than ten times as heavy as the next link.
 NEXT_RATIO = 50.0  # of the heaviest link to the next heaviest
-_MIN_OTHERS = 2  # other links with a mass, without which nothing can be compared
+_MIN_OTHERS = 2  # least number of other links with a mass, to compare with
 
 
 def warn_of_masses(values: ValueReader, robot: RobotDescription) -> None:
-    """Warn of the heaviest moving link where it outweighs the others by far.
+    """Warn of the heaviest moving link if it outweighs the others by far.
 
-    What is fixed to the base is not compared: foundations are as heavy as they like.
+    Links fixed to the base are not compared, since a foundation may have any mass.
     """
     masses = _moving_masses(values, robot)
     masses.sort(key=lambda item: item[0])

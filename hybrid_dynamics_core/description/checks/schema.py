@@ -1,4 +1,4 @@
-"""Plain data against the published JSON Schema."""
+"""Validation of plain data with the published JSON Schema."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from jsonschema.exceptions import best_match
 from ..document import Data, Document, KeyPath
 from .schema_messages import schema_message
 
-_EXAMPLE_KEYS = 6  # that the message for something else than a mapping lists
+_EXAMPLE_KEYS = 6  # keys listed in the error for a value that is no mapping
 
 
 @cache
@@ -29,7 +29,7 @@ def check_schema(document: Document, definition: str = "") -> None:
     """Check a document against the schema, or against one of its definitions.
 
     Args:
-        document: that is checked.
+        document: the document to check.
         definition: name under `$defs`; empty for a robot.
 
     Raises:
@@ -53,7 +53,7 @@ def check_schema(document: Document, definition: str = "") -> None:
 
 
 def _relevance(error: Any) -> tuple[int, bool]:
-    """Outer entries first; a slip in a key explains the other errors."""
+    """Sort key of errors: outer entries first, and unknown keys before other errors."""
     return -len(error.absolute_path), error.validator == "additionalProperties"
 
 

@@ -1,4 +1,4 @@
-"""Errors of the JSON Schema in words: what is there, what was expected, what may be meant."""
+"""Texts for errors of the JSON Schema: the value, what was expected, and a suggestion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...ground.wording import counted, singular_or_plural
 from .examples import example
 
 _MAX_SHOWN = 60  # characters of a value
-_OTHER_WORDS = {  # what other formats and people call the keys
+_OTHER_WORDS = {  # other names of keys, from other formats
     "weight": ("mass",),
     "inertial": ("inertia", "mass"),
     "centre": ("com",),
@@ -25,7 +25,7 @@ _OTHER_WORDS = {  # what other formats and people call the keys
     "tie": ("between",),
     "mode": ("assembly",),
 }
-_HOW_TO_WRITE = {  # keys that are missing
+_HOW_TO_WRITE = {  # examples for missing keys
     "format": "write `format: 1`, the version of this format",
     "active": "name the driven joints, as in `active: [q1, q2]`",
     "end_effector": (
@@ -44,7 +44,7 @@ _TYPES = {"object": "a mapping", "array": "a list", "string": "text", "number": 
 
 
 def schema_message(error: Any, unknown_key: str | None) -> str:
-    """What is wrong with an entry.
+    """The error text for an entry.
 
     Args:
         error: a ValidationError of jsonschema.
@@ -124,7 +124,7 @@ def _has_open_parenthesis(value: Any) -> bool:
 
 
 def _missing_beside(error: Any) -> str:
-    """Keys that have to stand beside others."""
+    """The error text for a key that requires another one."""
     required = error.schema["dependentRequired"]
     given = [key for key in required if key in error.instance]
     missing: set[str] = set()

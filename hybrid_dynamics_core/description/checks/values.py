@@ -1,4 +1,4 @@
-"""Built values that contradict each other."""
+"""Checks for values that contradict each other."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def check_values(document: Document, robot: RobotDescription) -> None:
     Raises:
         DescriptionError: the first value that contradicts another one.
     """
-    if robot.active_set == "exact":  # from motors, a reference is searched for
+    if robot.active_set == "exact":  # with motors, a reference is searched later
         _check_reference(document, robot)
     for closure in robot.closures:
         if closure.link_a == closure.link_b:

@@ -1,16 +1,16 @@
-"""Denavit-Hartenberg rows -> joints, in both conventions.
+"""From Denavit-Hartenberg rows to joints, in both conventions.
 
 Standard: T = Rz(theta) Tz(d) Tx(a) Rx(alpha). The joint moves about or along z of the link before.
-Its constant part behind the joint, Tx(a) Rx(alpha), becomes the frame in which the link's data are
-given: the link's frame stays the Denavit-Hartenberg frame.
-Modified (Craig): T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The link's frame stands at its own joint.
+The constant part after the joint, Tx(a) Rx(alpha), becomes a frame with the link's name, in which
+the link's data are given. Modified (Craig): T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The link's frame
+stands at its own joint.
 """
 
 from __future__ import annotations
 
 from ..document import Data, Document, KeyPath
 
-_JOINT_KEYS = (  # of a row that a joint has too
+_JOINT_KEYS = (  # keys of a row that are keys of a joint too
     "limits",
     "effort_limit",
     "velocity_limit",
@@ -22,7 +22,7 @@ _JOINT_KEYS = (  # of a row that a joint has too
 
 
 def expand_chain(document: Document) -> None:
-    """Add the joint of every row, and in the standard convention the frame of its link."""
+    """Add a joint for every row and, in the standard convention, a frame for its link."""
     chain = document.data.pop("chain", None)
     if chain is None:
         return
@@ -88,7 +88,7 @@ def _joint(row: Data, parent: str, origin: list[Data]) -> Data:
 def _alias_numbers(
     document: Document, about_z_path: KeyPath, about_x_path: KeyPath, row_path: KeyPath
 ) -> None:
-    """Errors in the poses point at the numbers of the row."""
+    """Let errors in the poses point at the numbers of the row."""
     document.alias((*about_z_path, "xyz", 2), (*row_path, "d"))
     document.alias((*about_z_path, "rpy", 2), (*row_path, "theta"))
     document.alias((*about_x_path, "xyz", 0), (*row_path, "a"))

@@ -1,4 +1,4 @@
-"""Legs: joints in a row from one link, and the closure that ties the end to another link."""
+"""Legs: a chain of joints from one link, and a closure that ties its end to another link."""
 
 from __future__ import annotations
 

@@ -14,10 +14,10 @@ Scope = dict[str, float]  # the names that expressions of a template may use
 
 
 def leg_labels(document: Document, name: str, entry: Data, template: Template) -> list[str]:
-    """Labels of the legs, from the module or else from its template.
+    """Labels of the legs, from the module or, by default, from its template.
 
     Raises:
-        DescriptionError: the module gives another number of them.
+        DescriptionError: the module gives a wrong number of labels.
     """
     legs = template.data.get("legs", {})
     defaults = list(map(str, legs.get("labels", [])))
@@ -47,7 +47,7 @@ class ModuleParameters:
         """Check that the template has the parameters, with one number or one for each leg.
 
         Raises:
-            DescriptionError: it has not.
+            DescriptionError: a name or a number of values is wrong.
         """
         once = self.once.get("parameters", {})
         names = [*once, *self.for_legs.get("parameters", {})]
@@ -83,7 +83,7 @@ class ModuleParameters:
         return scope
 
     def leg_scopes(self, module_scope: Scope, count: int) -> list[Scope]:
-        """Parameters and values of each leg, with those of the module, `index` and `count`."""
+        """For each leg, its parameters and values, those of the module, `index` and `count`."""
         scopes: list[Scope] = []
         for leg in range(count):
             scope = {**module_scope, "index": float(leg), "count": float(count)}
@@ -94,7 +94,7 @@ class ModuleParameters:
         return scopes
 
     def _parameter(self, name: str, parameter: Data, scope: Scope, leg: int | None) -> float:
-        """A number that is given for the module or for a leg, or the default."""
+        """The value of a parameter for the module or one leg, or its default."""
         path = (*self.path, name)
         if name in self.given:
             value = self._given_value(name, leg)

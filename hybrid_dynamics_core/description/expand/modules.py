@@ -1,8 +1,8 @@
-"""Modules: a template with numbers put in, standing on a link or frame of the robot.
+"""Modules: templates with values for their parameters, attached to a link or frame of the robot.
 
 Names inside a template become names of the robot. A link or frame is called MODULE_NAME. A joint or
-closure is called PREFIX + NAME, with no prefix unless one is given. In names, <leg> is the label of
-a leg. `on` is what the module stands on.
+closure is called PREFIX + NAME, with no prefix by default. In names, <leg> stands for the label of
+a leg. `on` names the link or frame that carries the module.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class _Module:
             self._add_sections(self.legs, leg_scope, label)
 
     def _on(self) -> str:
-        """The link or frame under the module; a frame is added where a pose is given."""
+        """The link or frame that carries the module; a frame is added if a pose is given."""
         on: str | Data = self.entry["on"]
         if isinstance(on, str):
             return on
@@ -92,7 +92,7 @@ class _Module:
     def _add(self, section: str, name: str, entry: Any, scope: Scope, label: str | None) -> None:
         full_name = self._full_name(section, _with_label(name, label))
         if section == "reference" and full_name in self.document.section("reference"):
-            return  # the robot gives it
+            return  # the robot has its own
         provenance = Provenance(self.path, f"template {self.template.name}: {section}.{name}")
         if section == "joints":
             entry = {**entry, **self._given_joint_entries(name, full_name)}
@@ -150,7 +150,7 @@ class _Module:
         return f"{self.name}_{local}"
 
     def _labelled(self, names: list[str]) -> set[str]:
-        """Names of a leg as each of the legs has them."""
+        """Names with <leg> replaced by the label of each leg."""
         return {_with_label(name, label) for name in names for label in self.labels}
 
 
@@ -160,7 +160,7 @@ def _place_names(part: Data) -> list[str]:
 
 
 def _with_label(entry: Any, label: str | None) -> Any:
-    """The entry with the label of a leg in place of <leg>, in every name and text."""
+    """The entry with <leg> replaced by a label, in every name and text."""
     if label is None:
         return entry
     if isinstance(entry, str):

@@ -1,7 +1,7 @@
-"""Joints of several freedoms: each becomes joints of one freedom in a row, on links without mass.
+"""Joints of several freedoms: each becomes a chain of joints of one freedom, on massless links.
 
-Coordinates are named after the joint. A ball or free joint turns about x, y and z of its frame in a
-row: three angles that `algebra.charts` keeps regular.
+Coordinates are named after the joint. A ball or free joint has three angles about x, y and z of its
+frame, which `algebra.charts` keeps regular.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ FLOATING = "floating_base"  # name of the joint under a floating base
 WORLD = "world"  # name of the link under it
 
 _SPECIAL_KEYS = ("axis2", "pitch", "each")
-# what acts along the components of an angular velocity as along any coordinate
+# effects that act along the components of the angular velocity
 _OF_ANGULAR_VELOCITY = ("friction", "drive")
 _LIMITS = ("limits", "effort_limit", "velocity_limit", "power_limit")
 _ALONG = (*_OF_ANGULAR_VELOCITY, "spring", *_LIMITS)
 
 
 class _Row(NamedTuple):
-    """One of the joints in the row: name after that of the joint, type and axis."""
+    """One joint of the chain: suffix of its name, type and axis."""
 
     suffix: str
     type: str
@@ -54,7 +54,7 @@ _ROWS: dict[str, tuple[_Row, ...]] = {
 
 
 def expand_multi_dof(document: Document) -> None:
-    """Replace every joint of several freedoms, and its name among coordinates and references.
+    """Replace every joint of several freedoms, also where coordinates or references name it.
 
     Raises:
         DescriptionError: a key belongs to another type, or an orientation fits no such joint.
@@ -95,7 +95,7 @@ def _check_keys(document: Document, name: str, entry: Data) -> None:
 
 
 def _joined(document: Document, name: str, entry: Data) -> MultiDofJoint:
-    """Joints that are written out in a row, as one joint."""
+    """A chain of joints that the file writes out, as one joint of several freedoms."""
     joints = document.entries("joints")
     path: KeyPath = ("multi_dof", name, "joints")
     rows = _ROWS[entry["type"]]
@@ -117,7 +117,7 @@ def _joined(document: Document, name: str, entry: Data) -> MultiDofJoint:
 
 
 class _Expansion:
-    """One joint of several freedoms, and what it becomes."""
+    """Expands one joint of several freedoms."""
 
     def __init__(self, document: Document, name: str, entry: Data) -> None:
         self.document = document
@@ -144,7 +144,7 @@ class _Expansion:
             joint = {"type": row.type, "parent": parent, "child": child}
             joint |= self._pose(k) | self._along(self.joints[k])
             written = ("joints", self.joints[k])
-            if written == self.path:  # the angle of a screw has the name of the joint
+            if written == self.path:  # the angle of a screw joint keeps the joint's name
                 document.section("joints")[self.name] = joint
             else:
                 document.add(written, joint, self.path, scope)
@@ -165,10 +165,10 @@ class _Expansion:
         return rotation_with_z_axis(axis)
 
     def _pose(self, k: int) -> Data:
-        """Origin and axis of a joint in the row.
+        """Origin and axis of a joint in the chain.
 
-        All frames are those of the child at zero, but for the turns: these are about x, y and z of
-        the frame whose z is the joint's axis.
+        All frames coincide with the child's at zero. Only the angles are about x, y and z of a
+        frame whose z is the joint's axis.
         """
         row = self.rows[k]
         steps: list[Data] = [{}]
@@ -187,10 +187,10 @@ class _Expansion:
         direction = self.turn[:, "xyz".index(row.axis)]
         return {"origin": steps, "axis": direction.tolist()}
 
-    # -- what acts along it
+    # -- limits and effects
 
     def _refuse_along(self) -> None:
-        """Raise for limits and the like that no single coordinate has."""
+        """Raise for keys, such as limits, that apply to no single coordinate."""
         for key in _ALONG:
             if key in self.entry and key not in self._for_all():
                 names = ", ".join(self.joints)
@@ -216,7 +216,7 @@ class _Expansion:
                 )
 
     def _for_all(self) -> Sequence[str]:
-        """The keys that count for every coordinate of the joint, or for its only free one."""
+        """The keys that apply to every coordinate of the joint, or to its only free one."""
         if self.type == "screw":
             return _ALONG
         if self.type in ("ball", "free"):
@@ -224,7 +224,7 @@ class _Expansion:
         return ()
 
     def _along(self, joint: str) -> Data:
-        """Limits, friction and the like of one coordinate."""
+        """Limits, friction and other keys of one coordinate."""
         for_all = {key: self.entry[key] for key in self._for_all() if key in self.entry}
         if self.type != "screw":
             each: Data = self.entry.get("each", {}).get(joint, {})
@@ -240,7 +240,7 @@ class _Expansion:
     # -- reference
 
     def _set_reference(self, joint: MultiDofJoint) -> None:
-        """Coordinates in place of a pose that the reference gives."""
+        """Replace a pose in the reference by the joint's coordinates."""
         reference = self.document.entries("reference")
         entry = reference.get(self.name)
         if not isinstance(entry, dict):
@@ -268,7 +268,7 @@ def _steps(pose: Data | list[Data]) -> list[Data]:
 
 
 def _name_coordinates(document: Document, section: str) -> None:
-    """Put the coordinates of joints of several freedoms in place of their names."""
+    """Replace names of joints of several freedoms by their coordinates."""
     if section not in document.data:
         return
     names: list[str] = []

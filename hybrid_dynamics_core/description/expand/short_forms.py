@@ -10,7 +10,7 @@ from .multi_dof import expand_multi_dof
 
 
 def expand_short_forms(document: Document) -> None:
-    """Rewrite everything that has a longer form, in place."""
+    """Replace all short forms of a document, in place."""
     expand_chain(document)
     expand_modules(document)
     expand_legs(document)

@@ -1,4 +1,4 @@
-"""Templates of modules: where they are found, and what they hold."""
+"""Templates of modules, and the search for them."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _FOLDER = resources.files("hybrid_dynamics_core").joinpath("templates")
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """A kind of module: parameters, and links, joints, frames and closures, once and for every leg.
+    """A template: parameters, and entries to add once and for every leg.
 
     Attributes:
-        name: that modules give.
+        name: the name by which modules refer to it.
         data: entries of the template.
     """
 
@@ -31,7 +31,7 @@ class Template:
 
 
 def shipped_templates() -> tuple[str, ...]:
-    """Names of the templates that need no path."""
+    """Names of the templates in this package."""
     files = [file.name for file in _FOLDER.iterdir() if file.name.endswith(".yaml")]
     return tuple(sorted(_shipped(file).name for file in files))
 
@@ -40,9 +40,10 @@ def find_template(document: Document, name: str, path: KeyPath) -> Template:
     """The template of a module.
 
     Args:
-        document: that may have templates of its own.
-        name: of one of these or of a shipped one, or path of a file from the document's folder.
-        path: of the entry that names it.
+        document: may contain templates of its own.
+        name: name of a template in the document or in this package, or path of a file relative to
+            the document's folder.
+        path: path of the entry that names the template.
 
     Raises:
         DescriptionError: there is no such template, or its file is wrong.
