@@ -132,8 +132,9 @@ class _Builder:
         if cannot_move:
             slack = np.inf  # and needs no inertia
         inertia = read_inertia(entry, mass, slack)
+        com = entry.vector("com")
         if cannot_move:
-            return Link(name, mass, entry.vector("com"), inertia)
+            return Link(name, mass, com, inertia)
         if mass == 0.0 and np.any(inertia):
             self.document.doubt_inertia(
                 entry.key_path("inertia"), "it belongs to a link without a mass"
@@ -142,7 +143,17 @@ class _Builder:
             self.document.notes.append(
                 f"{name}: no inertia given; its {mass:g} kg are taken as a point at its com"
             )
-        return Link(name, mass, entry.vector("com"), inertia)
+        return Link(name, mass, com, inertia, *self.compensated(entry, mass, com))
+
+    def compensated(self, entry: Entry, mass: float, com: Array) -> tuple[float, Array]:
+        """The mass whose weight is not felt, and its centre."""
+        if isinstance(entry.get("gravity_compensation"), dict):
+            part = entry.sub("gravity_compensation")
+            return part.number("mass"), part.vector("com")
+        share = entry.number("gravity_compensation")
+        if not share:
+            return 0.0, np.zeros(3)
+        return share * mass, com
 
     # -- joints
 
@@ -327,19 +338,37 @@ def _in_frame_around(link: Link, pose: Transform) -> Link:
         return link
     inertia = pose.rotation @ link.inertia @ pose.rotation.T
     symmetric = frozen((inertia + inertia.T) / 2.0)
-    return Link(link.name, link.mass, pose.point(link.com), symmetric)
+    compensated_com = link.compensated_com
+    if link.compensated_mass:
+        compensated_com = pose.point(compensated_com)
+    return Link(
+        link.name,
+        link.mass,
+        pose.point(link.com),
+        symmetric,
+        link.compensated_mass,
+        compensated_com,
+    )
 
 
 def as_one_body(a: Link, b: Link) -> Link:
     """Two bodies in one frame, merged into one by Steiner's theorem."""
-    mass = a.mass + b.mass
-    com = a.com
-    if mass:
-        com = frozen((a.mass * a.com + b.mass * b.com) / mass)
+    mass, com = _centre(a.mass, a.com, b.mass, b.com)
+    compensated = _centre(
+        a.compensated_mass, a.compensated_com, b.compensated_mass, b.compensated_com
+    )
     steiner_a = a.mass * _steiner_term(a.com - com)
     steiner_b = b.mass * _steiner_term(b.com - com)
     inertia = frozen(a.inertia + b.inertia + steiner_a + steiner_b)
-    return Link(a.name, mass, com, inertia)
+    return Link(a.name, mass, com, inertia, *compensated)
+
+
+def _centre(mass_a: float, com_a: Array, mass_b: float, com_b: Array) -> tuple[float, Array]:
+    """The sum of two masses, and its centre."""
+    mass = mass_a + mass_b
+    if not mass:
+        return mass, com_a
+    return mass, frozen((mass_a * com_a + mass_b * com_b) / mass)
 
 
 def _steiner_term(arm: Array) -> Array:

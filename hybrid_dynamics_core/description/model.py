@@ -27,6 +27,7 @@ ActiveSet = Literal["exact", "motors"]
 
 END_EFFECTOR = "end_effector"  # the name of the end effector's frame in calls
 
+_ROUNDING = 1e-12  # relative: of sums of places
 _IDENTITY = frozen(np.eye(3))
 _ZERO_VECTOR = frozen(np.zeros(3))
 _ZERO_MATRIX = frozen(np.zeros((3, 3)))
@@ -56,12 +57,27 @@ class Link:
         mass: [kg].
         com: (3,) [m] centre of mass, in the link frame.
         inertia: (3, 3) [kg m^2] about the centre of mass, in the axes of the link frame.
+        compensated_mass: [kg] whose weight the robot does not feel.
+        compensated_com: (3,) [m] centre of that mass, in the link frame.
     """
 
     name: str
     mass: float = 0.0
     com: Array = field(default_factory=lambda: _ZERO_VECTOR)
     inertia: Array = field(default_factory=lambda: _ZERO_MATRIX)
+    compensated_mass: float = 0.0
+    compensated_com: Array = field(default_factory=lambda: _ZERO_VECTOR)
+
+    @property
+    def gravity_compensation(self) -> float | None:
+        """The share of the weight that is not felt; None where parts have different shares."""
+        if not self.compensated_mass:
+            return 0.0
+        apart = float(np.abs(self.compensated_com - self.com).max())
+        reach = max(float(np.abs(self.com).max()), float(np.abs(self.compensated_com).max()))
+        if not self.mass or apart > _ROUNDING * reach:
+            return None
+        return self.compensated_mass / self.mass
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,6 +38,7 @@ _BY_KEY: dict[str, Units] = {
     "return_pressure": ("Pa",),
     "supply_pressure": ("Pa",),
     "power_limit": ("W",),
+    "gravity_compensation": ("1",),
 }
 _COORDINATES = ("limits", "offset", "rest")
 _RATES = ("velocity_limit", "smoothing")

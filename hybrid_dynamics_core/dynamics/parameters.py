@@ -94,6 +94,12 @@ class Parameters:
         for link in self.links:
             if link not in moving:
                 raise InputError(no_such_name("moving link", link, moving))
+            if description.links[link].gravity_compensation is None:
+                raise InputError(
+                    f"links: gravity acts on some of the parts of '{link}' alone, so its weight"
+                    " does not follow from its ten parameters; leave it out, or fix those parts by"
+                    " joints of their own"
+                )
         for _, joint in self.joints:
             if joint not in description.joints:
                 raise InputError(no_such_name("joint", joint, description.joints))

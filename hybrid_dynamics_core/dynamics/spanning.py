@@ -10,7 +10,18 @@ from collections.abc import Mapping, Sequence
 
 from ..algebra.scalar import Scalar, Scalars
 from ..algebra.transform import IDENTITY, RigidTransform, compose
-from ..algebra.vector import ZERO3, Vector, add, cross, dot, matvec, scale, sub, transpose
+from ..algebra.vector import (
+    ZERO3,
+    Vector,
+    add,
+    cross,
+    dot,
+    matvec,
+    scale,
+    sub,
+    transpose,
+    transposed_matvec,
+)
 from ..mechanism.configuration import Configuration
 from ..mechanism.joint_transform import (
     Column,
@@ -96,7 +107,23 @@ class TreeDynamics:
         """
         motions = self.motions(gravity, ds, dds)
         bodies = zip(self.tree.bodies, motions, strict=True)
-        return [_newton_euler(body, *motion) for body, motion in bodies]
+        wrenches = [_newton_euler(body, *motion) for body, motion in bodies]
+        if gravity == ZERO3 or not any(body.is_compensated for body in self.tree.bodies):
+            return wrenches
+        in_links = self.in_link_axes(gravity)
+        for k, (body, local) in enumerate(zip(self.tree.bodies, in_links, strict=True)):
+            wrenches[k] = total(wrenches[k], _compensated_weight(body, local))
+        return wrenches
+
+    def in_link_axes(self, direction: Vector) -> list[Vector]:
+        """A vector (3,) in base axes, in the axes of each body."""
+        in_links: list[Vector] = []
+        for body, (rotation, _) in zip(self.tree.bodies, self.transforms, strict=True):
+            around = direction
+            if body.parent >= 0:
+                around = in_links[body.parent]
+            in_links.append(transposed_matvec(rotation, around))
+        return in_links
 
     def motions(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[BodyMotion]:
         """How each body moves; gravity is subtracted from linear accelerations.
@@ -185,6 +212,12 @@ def difference(a: Wrench, b: Wrench) -> Wrench:
     force_a, moment_a = a
     force_b, moment_b = b
     return sub(force_a, force_b), sub(moment_a, moment_b)
+
+
+def _compensated_weight(body: Body, gravity: Vector) -> Wrench:
+    """The weight that a body has and does not feel, which `gravity` in `_newton_euler` held."""
+    force = scale(body.compensated_mass, gravity)
+    return force, cross(body.compensated_moment, gravity)
 
 
 def _newton_euler(body: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:

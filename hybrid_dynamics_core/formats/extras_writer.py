@@ -26,10 +26,11 @@ from ..description.model import (
     MultiDofJoint,
     RobotDescription,
 )
+from ..ground.arrays import Array
 
 _DESCRIPTIONS = {  # of the entries, in comments
     "gravity": "gravity",
-    "links": "links whose mass or inertia the format cannot say",
+    "links": "links whose mass, inertia or weight the format cannot say",
     "joints": "limits, friction, drives, springs and followers that the format cannot say",
     "loops": "types of loops",
     "closures": "kinds of closures and assembly modes",
@@ -48,6 +49,8 @@ class Feature(Enum):
     """What some formats say themselves, and others cannot."""
 
     GRAVITY = auto()
+    WEIGHT_SHARES = auto()  # of links, that are not felt
+    NO_WEIGHT = auto()  # of links
     FRICTION = auto()  # viscous and Coulomb
     SPRING = auto()  # without preload
     MIMIC = auto()  # of one joint
@@ -68,6 +71,7 @@ def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
     extras: Data = {"source": robot.source}
     if Feature.GRAVITY not in features:
         extras["gravity"] = robot.gravity.tolist()
+    extras["links"] = _link_entries(robot, features)
     extras["joints"] = _joint_entries(robot, features)
     extras["loops"] = {loop.name: _loop_entry(loop) for loop in robot.loops.values()}
     extras["closures"] = {closure.name: _closure_entry(closure) for closure in robot.closures}
@@ -114,7 +118,36 @@ def link_entry(link: Link) -> Data:
         "mass": link.mass,
         "com": link.com.tolist(),
         "inertia": link.inertia.tolist(),
+        **compensation_entry(link, link.compensated_com),
     }
+
+
+def compensation_entry(link: Link, com: Array) -> Data:
+    """What of the weight of a link is not felt, where there is any.
+
+    Args:
+        link: the link.
+        com: (3,) [m] centre of the mass without weight, in the frame of the entry.
+    """
+    if not link.compensated_mass:
+        return {}
+    share = link.gravity_compensation
+    if share is not None:
+        return {"gravity_compensation": share}
+    part = {"mass": link.compensated_mass, "com": com.tolist()}
+    return {"gravity_compensation": part}
+
+
+def _link_entries(robot: RobotDescription, features: Collection[Feature]) -> Data:
+    """Links whose weight the format cannot say."""
+    entries: Data = {}
+    for name, link in robot.links.items():
+        share = link.gravity_compensation
+        is_said = Feature.WEIGHT_SHARES in features and share is not None
+        is_said |= Feature.NO_WEIGHT in features and share == 1.0
+        if share != 0.0 and not is_said:
+            entries[name] = link_entry(link)
+    return entries
 
 
 class _Dumper(yaml.SafeDumper):

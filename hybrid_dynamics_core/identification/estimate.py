@@ -83,7 +83,12 @@ class Identification:
         links = dict(description.links)
         for k, link in enumerate(parameters.links):
             values = self.values[10 * k : 10 * k + 10]
-            links[link] = link_of(link, values)
+            share = links[link].gravity_compensation or 0.0
+            estimated = link_of(link, values)
+            compensated = (share * estimated.mass, estimated.com)
+            links[link] = replace(
+                estimated, compensated_mass=compensated[0], compensated_com=compensated[1]
+            )
         effects: dict[str, JointEffect] = dict(description.effects)
         joint_values = iter(self.values[parameters.inertial_size :])
         for kind in JOINT_KINDS:

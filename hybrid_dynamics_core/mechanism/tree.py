@@ -9,7 +9,7 @@ import numpy as np
 from ..algebra.charts import FIRST
 from ..algebra.scalar import Scalar
 from ..algebra.transform import IDENTITY, RigidTransform, compose
-from ..algebra.vector import Rotation, Vector, constant
+from ..algebra.vector import ZERO3, Rotation, Vector, constant
 from ..description.model import Frame, JointType, RobotDescription
 from ..ground.arrays import Array
 from ..ground.units import coordinate_unit
@@ -35,6 +35,8 @@ class Body:
         limits: lower and upper limit of the joint [rad or m].
         chart: index in the tree's charts of the one that its zero orientation depends on, else
             None.
+        compensated_mass: [kg] whose weight is not felt.
+        compensated_moment: first moment of that mass [kg m], as `first_moment`.
     """
 
     name: str
@@ -50,6 +52,13 @@ class Body:
     inertia: Rotation
     limits: tuple[float, float]
     chart: int | None = None
+    compensated_mass: float = 0.0
+    compensated_moment: Vector = ZERO3
+
+    @property
+    def is_compensated(self) -> bool:
+        """Whether some of its weight is not felt."""
+        return any((self.compensated_mass, *self.compensated_moment))
 
     @property
     def is_revolute(self) -> bool:
@@ -203,6 +212,8 @@ def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> B
         inertia=(xx, yy, zz),
         limits=joint.limits,
         chart=_chart_of(robot, name),
+        compensated_mass=link.compensated_mass,
+        compensated_moment=floats(link.compensated_mass * link.compensated_com),
     )
 
 

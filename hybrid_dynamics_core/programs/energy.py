@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..algebra.scalar import Scalar
-from ..algebra.vector import ZERO3, Vector, add, dot, matvec, scale
+from ..algebra.vector import ZERO3, Vector, add, dot, matvec, scale, sub
 from ..dynamics.bilinear import body_twists, momentum
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.trace import Results
@@ -62,10 +62,12 @@ def kinetic_energy(dynamics: Dynamics) -> Scalar:
 
 
 def gravity_energy(dynamics: Dynamics) -> Scalar:
-    """-m g . c over the bodies."""
+    """-m g . c over the bodies, of the mass whose weight is felt."""
     tree = dynamics.tree
     moment: Vector = ZERO3
     for body, (rotation, origin) in zip(tree.tree.bodies, tree.poses(), strict=True):
-        of_body = add(scale(body.mass, origin), matvec(rotation, body.first_moment))
+        felt = sub(body.first_moment, body.compensated_moment)
+        mass = body.mass - body.compensated_mass
+        of_body = add(scale(mass, origin), matvec(rotation, felt))
         moment = add(moment, of_body)
     return -dot(dynamics.gravity, moment)

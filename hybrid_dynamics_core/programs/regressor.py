@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ..algebra.linear import transposed
-from ..algebra.scalar import Scalar
-from ..algebra.vector import IDENTITY3, ZERO3, Rotation, add, cross, dot, matvec
+from ..algebra.scalar import Scalar, Scalars
+from ..algebra.vector import IDENTITY3, ZERO3, Rotation, Vector, add, cross, dot, matvec, scale
 from ..dynamics.bilinear import Twist, body_twists
 from ..dynamics.load_pattern import smooth_sign
 from ..dynamics.parameters import Parameters
-from ..dynamics.spanning import BodyMotion, Wrench
+from ..dynamics.spanning import BodyMotion, TreeDynamics, Wrench
 from ..kernels.trace import Results
 from ..mechanism.joint_velocity import joint_accelerations, joint_velocities
 from .dynamics import Dynamics, columns_of
@@ -41,7 +41,7 @@ def regressor(parameters: Parameters) -> Program:
         dds = dynamics.motion.accelerations(x.ddu, ds)
         directions = columns_of(dynamics.motion)
         twists = [body_twists(tree, direction) for direction in directions]
-        motions = tree.motions(dynamics.gravity, ds, dds)
+        motions = _felt_motions(tree, dynamics.gravity, ds, dds)
         columns: list[list[Scalar]] = []
         for link in parameters.links:
             body = model.tree.body_index(link)
@@ -53,6 +53,21 @@ def regressor(parameters: Parameters) -> Program:
         return Results({"Y": transposed(columns)}, dynamics.checks)
 
     return Program((*AT_ACCELERATION, "smoothing"), run)
+
+
+def _felt_motions(
+    tree: TreeDynamics, gravity: Vector, ds: Scalars, dds: Scalars
+) -> list[BodyMotion]:
+    """How each body moves, gravity subtracted as far as its parameters feel it."""
+    motions = tree.motions(gravity, ds, dds)
+    for k, (body, local) in enumerate(
+        zip(tree.tree.bodies, tree.in_link_axes(gravity), strict=True)
+    ):
+        if body.is_compensated and body.mass:
+            omega, alpha, accel = motions[k]
+            share = body.compensated_mass / body.mass
+            motions[k] = omega, alpha, add(accel, scale(share, local))
+    return motions
 
 
 def _joint_columns(

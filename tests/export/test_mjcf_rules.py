@@ -62,6 +62,7 @@ TREES = {
         head='<option><flag spring="disable" damper="disable"/></option>',
     ),
     "half of the weight": model().replace("<body ", '<body gravcomp=".5" '),
+    "the weight of some": model(BODY.replace("<body ", '<body gravcomp="1.5" ')),
     "several joints in one body": model(
         '<body name="three"><joint name="c" type="slide" axis="1 1 0"/>'
         '<joint name="d" pos="0 1 0"/>'
@@ -226,7 +227,10 @@ def test_a_body_that_a_program_moves_ties_nothing(tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "only some weight": (model().replace('<body name="two"', '<body gravcomp="1" name="two"'), 4),
+    "a weight that some drives hold": (
+        model(joint='actuatorgravcomp="true"').replace("<body ", '<body gravcomp="1" '),
+        4,
+    ),
     "a polynomial": (model(joint='damping="1 2"'), 4),
     "a spring that yields": (model(joint='stiffness="1" springyield="1"'), 4),
     "cables": (model("<flexcomp/>"), 5),

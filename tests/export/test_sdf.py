@@ -126,6 +126,21 @@ def read(folder: Path, text: str = FOUR_BAR) -> Robot:
     return load(path)
 
 
+def test_one_link_is_without_gravity(tmp_path: Path) -> None:
+    """The weight of the others stays: less that of the crank, as a force that lifts it."""
+    leaning = FOUR_BAR.replace("0 0 0 0 0 0.3", "0 0 0 1 0 0.3")
+    plain = read(tmp_path, leaning)
+    less = read(tmp_path, leaning.replace(CRANK, f"{CRANK}<gravity>0</gravity>"))
+    assert any("<gravity> of crank is off" in note for note in less.description.notes)
+    state = plain.close([0.3])
+    force = -2.0 * plain.description.gravity
+    arm = plain.forward_kinematics(state, "crank").rotation @ [0.1, 0, 0]
+    lifted = plain.loads.with_wrench([*force, *np.cross(arm, force)], "crank")
+    expected = plain.inverse_dynamics(state, [0.4], lifted)
+    assert abs(expected - plain.inverse_dynamics(state, [0.4]))[0] > 0.1
+    assert less.inverse_dynamics(less.close([0.3]), [0.4]) == pytest.approx(expected, rel=1e-12)
+
+
 def test_a_file_of_others_closes_where_it_is_drawn(tmp_path: Path) -> None:
     """Frames, joints off their links' frames, axes given elsewhere, degrees and quaternions."""
     machine = read(tmp_path)
@@ -201,11 +216,6 @@ CHANGED = {
             "joints.motor: <use_parent_model_frame> of <axis> is '1', which is not covered;"
             " expected 'false'"
         ),
-    ),
-    "no weight": (
-        CRANK,
-        f"{CRANK}<gravity>false</gravity>",
-        "gravity: is without gravity, which acts on coupler, rocker; gravity of one link alone",
     ),
     "static": (MODEL, f"{MODEL}<static>1</static>", "models.bars: <static> of <model> is '1'"),
     "kinematic": (

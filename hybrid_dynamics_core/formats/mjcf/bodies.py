@@ -37,6 +37,7 @@ class BodyReader:
         self.model = model
         self.xml = model.xml
         self.content = model.content
+        self.settings = settings
         self.joints = JointReader(model, settings)
         self.names = Names(self.content.bodies, self.content.joints)
         self.freedoms: dict[int, Freedom] = {}
@@ -59,6 +60,8 @@ class BodyReader:
         entry = {}
         if number in self.moving or not body.is_from_shapes:
             entry = mass_entry(body, link, self.xml, element)
+        if entry and self.settings.shares.get(number):
+            entry["gravity_compensation"] = self.settings.shares[number]
         self.xml.add(("links", link), entry, element)
         parent = self.names.bodies[body.parent]
         pose = pose_of(body.pos, body.quat)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from ..xml.located_xml import LocatedElement
 from .compiler.model import MjcfModel
@@ -26,6 +26,7 @@ class Settings:
     Attributes:
         disabled: flags that are off.
         gravity: (3,) in the world [m/s^2].
+        shares: of the weight of a body that MuJoCo compensates, by its number, where they differ.
     """
 
     def __init__(self, model: MjcfModel) -> None:
@@ -35,6 +36,7 @@ class Settings:
         if "constraint" in self.disabled:
             self.disabled.update(_CONSTRAINTS)
         self.gravity: list[float] = list(model.content.gravity)
+        self.shares: dict[int, float] = {}
 
     def has(self, word: str) -> bool:
         """Whether a flag is not off."""
@@ -47,7 +49,7 @@ class Settings:
             moving: numbers of bodies that move.
 
         Raises:
-            DescriptionError: it moves in a fluid, or only some of its weight is compensated.
+            DescriptionError: drives at some joints alone compensate a weight.
         """
         for word in self.model.content.disabled:
             if word in _MEANINGS:
@@ -68,28 +70,52 @@ class Settings:
                 raise self.xml.error(element, ("option",), f"{problem}; take it out")
 
     def _compensate(self, moving: Collection[int]) -> None:
-        """Lower gravity by the share of the weight that MuJoCo takes off all bodies."""
-        content = self.model.content
-        bodies = [content.bodies[number] for number in sorted(moving)]
-        shares = {body.gravity_compensation for body in bodies if body.mass}
-        if shares <= {0.0}:
+        """Take off the shares of weights that MuJoCo compensates."""
+        bodies = self.model.content.bodies
+        shares: dict[int, float] = {}
+        for number in sorted(moving):
+            if bodies[number].mass:
+                shares[number] = bodies[number].gravity_compensation
+        if not any(shares.values()):
             return
-        body = next(body for body in bodies if body.gravity_compensation)
-        element = self.model.element(body.line)
-        if all(joint.is_held_by_drives for joint in content.joints):
+        first = next(number for number, share in shares.items() if share)
+        element = self.model.element(bodies[first].line)
+        if self._is_held_by_drives(shares):
             text = "gravcomp is left out: drives hold the weight, which is control"
             self.xml.note(element, text)
-            return
-        if len(shares) > 1:
-            listed = ", ".join(f"{share:g}" for share in sorted(shares))
+        elif len(set(shares.values())) > 1:
+            self.shares = shares
+            for number, share in shares.items():
+                if share:
+                    text = f"gravcomp: {share:g} of the weight of this body is not felt"
+                    self.xml.note(self.model.element(bodies[number].line), text)
+        else:
+            share = shares[first]
+            self.gravity = [(1.0 - share) * value for value in self.gravity]
+            text = f"gravcomp of all bodies is {share:g}: gravity is lowered by it"
+            self.xml.note(element, text)
+
+    def _is_held_by_drives(self, shares: Mapping[int, float]) -> bool:
+        """Whether drives take the weights that are compensated.
+
+        Raises:
+            DescriptionError: some of the joints before them have such drives, others have not.
+        """
+        content = self.model.content
+        carrying: set[int] = set()
+        for number, share in shares.items():
+            while share and number:
+                carrying.update(content.bodies[number].joints)
+                number = content.bodies[number].parent  # noqa: PLW2901 - the way to the world
+        held = [number for number in carrying if content.joints[number].is_held_by_drives]
+        if held and len(held) < len(carrying):
+            joint = content.joints[held[0]]
             problem = (
-                f"gravcomp differs between moving bodies ({listed}); expected one share of the"
-                " weight for all of them, or none"
+                "actuatorgravcomp lets this drive hold a weight, which other joints do not feel;"
+                " expected it at all joints that carry the weight, or at none"
             )
-            raise self.xml.error(element, ("links", body.name), problem)
-        (share,) = shares
-        self.gravity = [(1.0 - share) * value for value in self.gravity]
-        self.xml.note(element, f"gravcomp of all bodies is {share:g}: gravity is lowered by it")
+            raise self.xml.error(self.model.joint_element(joint), ("joints", joint.name), problem)
+        return bool(held)
 
     def _element(self, tag: str, attribute: str) -> LocatedElement | None:
         """The last element that says something."""

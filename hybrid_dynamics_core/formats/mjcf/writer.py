@@ -38,6 +38,7 @@ _STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 _FEATURES = frozenset(
     {
         Feature.GRAVITY,
+        Feature.WEIGHT_SHARES,
         Feature.FRICTION,
         Feature.MIMIC,
         Feature.MIMIC_OF_SEVERAL,
@@ -105,7 +106,7 @@ class _MjcfWriter:
         """Add what MJCF has no words for, where MuJoCo keeps texts of users."""
         robot = self.description
         extras: Data = {"base": robot.base, **extras_of(robot, _FEATURES)}
-        extras["links"] = {}
+        extras.setdefault("links", {})
         for name, link in robot.links.items():
             if name == robot.base or _cannot_be_said(link):
                 extras["links"][name] = link_entry(link)
@@ -162,6 +163,9 @@ class _MjcfWriter:
         link = self.description.links[joint.child]
         frame = Frame(joint.parent, joint.rotation, joint.translation)
         element = _add_placed(parent, "body", link.name, frame)
+        share = link.gravity_compensation
+        if share:
+            element.set("gravcomp", number_text(share))
         _add_inertial(element, link)
         attributes = {
             "name": joint.name,

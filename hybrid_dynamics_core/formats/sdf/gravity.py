@@ -11,7 +11,6 @@ from .poses import WORLD, ModelPoses
 
 _GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] of a world that does not say
 _STANDARD_GRAVITY = (0.0, 0.0, -9.81)
-_MAX_LISTED = 8  # links in a message
 _NO = ("false", "0")
 
 
@@ -25,9 +24,6 @@ def gravity_entry(
         poses: of the model.
         model: the model.
         world: around it, if there is one.
-
-    Raises:
-        DescriptionError: it acts on a part of what moves.
     """
     base = xml.document.data["base"]
     rotation = np.eye(3)
@@ -53,31 +49,29 @@ def _of_world(xml: XmlReader, world: LocatedElement | None) -> list[float]:
 
 
 def _is_switched_off(xml: XmlReader, model: LocatedElement) -> bool:
-    """Whether gravity acts on none of the links that move and have a mass."""
+    """Whether gravity acts on no link that moves; where on some, others get no weight."""
     links = xml.document.section("links")
     moving = _moving_links(xml.document)
-    without: list[LocatedElement] = []
-    weighed: list[str] = []
+    without: dict[str, LocatedElement] = {}
+    is_felt = False
     for link in model.all("link"):
         name = link.get("name")
         word = link.first("gravity")
         is_off = word is not None and word.text.strip().lower() in _NO
         has_weight = name in moving and bool(links[name].get("mass"))
         if word is not None and is_off and has_weight:
-            without.append(word)
+            without[name] = word
         elif word is not None and is_off:
             xml.note(word, f"<gravity> of {name} is left out: nothing of it is lifted")
         elif has_weight:
-            weighed.append(name)
-    if without and weighed:
-        listed = ", ".join(weighed[:_MAX_LISTED])
-        problem = (
-            f"is without gravity, which acts on {listed}; gravity of one link alone is not covered:"
-            " switch it off for all, or take <gravity> out"
-        )
-        raise xml.error(without[0], ("gravity",), problem)
-    if without:
-        xml.note(without[0], "<gravity> of all links that move is off; there is no gravity")
+            is_felt = True
+    if is_felt:
+        for name, word in without.items():
+            links[name]["gravity_compensation"] = 1.0
+            xml.note(word, f"<gravity> of {name} is off: its weight is not felt")
+        return False
+    for word in list(without.values())[:1]:
+        xml.note(word, "<gravity> of all links that move is off; there is no gravity")
     return bool(without)
 
 

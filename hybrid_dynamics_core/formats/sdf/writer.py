@@ -44,7 +44,7 @@ _LOOP_TYPES = {
     "point": "ball",
     "frame": "fixed",
 }
-_FEATURES = frozenset(Feature) - {Feature.MIMIC_OF_SEVERAL}
+_FEATURES = frozenset(Feature) - {Feature.MIMIC_OF_SEVERAL, Feature.WEIGHT_SHARES}
 _Z_AXIS = frozen([0.0, 0.0, 1.0])
 
 
@@ -91,12 +91,11 @@ class _SdfWriter:
 
     def extras(self) -> Data:
         extras = extras_of(self.robot, _FEATURES)
-        others: Data = {}
+        others: Data = extras.setdefault("links", {})
         for name, link in self.links.items():
             is_plain = link.mass and _possible(link.inertia) is link.inertia
             if not is_plain and name != WORLD:
                 others[name] = link_entry(link)
-        extras["links"] = others
         extras["zero"] = without_empty(self.zero)
         return without_empty(extras)
 
@@ -124,6 +123,8 @@ class _SdfWriter:
         if joint is not None:
             pose = _child_pose(joint, self.zero.get(joint.name, 0.0))
             _add_pose(element, pose.rotation, pose.translation, joint.parent)
+        if link.gravity_compensation == 1.0:
+            add_text(element, "gravity", "false")
         _add_inertial(element, link)
         for k, end in enumerate(shapes.attachment_points(self.robot, link.name)):
             if shapes.norm(end) > shapes.SHORTEST_ROD:

@@ -19,7 +19,7 @@ from ...description.model import END_EFFECTOR, Closure, Frame, Joint, Link, Robo
 from ...ground.arrays import Array
 from ...ground.wording import one_line
 from ...robot.taken import AnyRobot, description_of
-from ..extras_writer import extras_of, without_empty
+from ..extras_writer import compensation_entry, extras_of, without_empty
 from .names import Names
 from .poses import axis_entry, body_entry, place_entry, pose_entry
 from .text import yaml_text
@@ -178,7 +178,11 @@ class _Writer:
             inertia = R.T @ inertia @ R
         if not link.mass:
             com = np.zeros(3)
-        return body_entry(link.mass, com, inertia)
+        compensated_com = R.T @ (link.compensated_com - frame.translation)
+        return {
+            **body_entry(link.mass, com, inertia),
+            **compensation_entry(link, compensated_com),
+        }
 
     # -- poses
 
@@ -292,4 +296,6 @@ def _transform(frame: Frame) -> Transform:
 
 def _numbers(link: Link) -> Array:
     """All numbers of a body, which are compared."""
-    return np.array([link.mass, *link.com, *link.inertia.ravel()])
+    compensated = link.compensated_mass * link.compensated_com
+    body = [link.mass, *link.com, *link.inertia.ravel()]
+    return np.array([*body, link.compensated_mass, *compensated])
