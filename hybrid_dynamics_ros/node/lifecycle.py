@@ -107,7 +107,7 @@ class HybridDynamicsNode(EventFreeNode):
             hint = ""
         self.get_logger().info(f"robot {self.settings[ROBOT]}{hint}")
         try:
-            robot = load(self.settings[ROBOT])
+            robot = load(self.settings[ROBOT], xacro_args=self.settings.xacro_args)
             sensors = declare_sensors(self, self.settings[MEASURED] or robot.active)
             self.settings = self.settings.replaced(sensors)
             runtime = Runtime(robot, self.settings)

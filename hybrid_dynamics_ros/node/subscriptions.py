@@ -106,7 +106,7 @@ class Stream:
     def _on_message(self, source: InputTopic) -> None:
         """Answer what came, and all that waits behind it; of too many only the newest state."""
         if not self.active:
-            source.queue.clear()
+            self._leave_out(source)
             return
         start = time.perf_counter()
         # There may be more waiting.
@@ -117,9 +117,15 @@ class Stream:
     def _on_resume(self) -> None:
         self._resume.cancel()
         for source in self.inputs:
-            if source.queue:
+            if not self.active:
+                self._leave_out(source)
+            elif source.queue:
                 source.take_all()
                 self._work(source)
+
+    def _leave_out(self, source: InputTopic) -> None:
+        """Count what waits as left out, since the node is not active."""
+        self._runtime.monitor.inactive += source.queue.clear()
 
     def _work(self, source: InputTopic) -> None:
         source.queue.work()
@@ -146,17 +152,25 @@ class Stream:
 
     def _take_pressures(self, message: bytes) -> bool:
         """Remember measured pressures; False where they cannot be used."""
+        rejection = oversized(len(message)) or self._remember_pressures(message)
+        tally = self._runtime.monitor.pressures
+        tally.received += 1
+        if rejection is None:
+            return True
+        tally.rejected += 1
+        self._refuse(rejection)
+        return False
+
+    def _remember_pressures(self, message: bytes) -> Rejection | None:
         try:
             sample = sample_of_pressures(deserialize_message(message, CylinderStates))
             with self._runtime.lock:
                 self._runtime.pipeline.pressures.take(sample)
         except RejectedError as error:
-            self._refuse(error.rejection)
-            return False
+            return error.rejection
         except Exception:  # noqa: BLE001 - as in `_attempt`
-            self._refuse(_fault())
-            return False
-        return True
+            return _fault()
+        return None
 
     def _attempt(self, read: Read, message: bytes) -> Rejection | None:
         """Answer a message, or say why not; it counts once, wherever it fails."""

@@ -47,6 +47,7 @@ from .robot import (
     PAYLOAD_MASS,
     ROBOT,
     STILL,
+    XACRO_ARGS,
 )
 from .row import ChangeTime, OptionalFloats, OptionalNames, Parameter, ParameterError, Value
 from .services import EFFORT_TOLERANCE, FOLLOW_ACTION, LEAST_SINGULARITY, QUEUE, TIMEOUT
@@ -105,6 +106,7 @@ __all__ = [
     "TIMEOUT",
     "TOPIC_RATES",
     "VELOCITY_NOISE",
+    "XACRO_ARGS",
     "ChangeTime",
     "NodeSettings",
     "OptionalFloats",

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, Final, cast
 
 from .inputs import SENSOR
+from .robot import XACRO_ARGS
 from .row import Parameter, ParameterError, Value
 
 
@@ -49,7 +50,22 @@ def _checked_array(row: Parameter[Any], value: Any) -> Value:
         raise _wrong(row, value, "expected an array")
     if row.length is not None and len(value) != row.length:
         raise _wrong(row, list(value), f"expected {row.length} entries")
-    return cast(Value, tuple(_entry(row, entry) for entry in value))
+    entries = tuple(_entry(row, entry) for entry in value)
+    if row is XACRO_ARGS:
+        _check_arguments(entries)
+    return cast(Value, entries)
+
+
+def _check_arguments(texts: tuple[str, ...]) -> None:
+    """Raise where a text is no argument, or gives one that was given before."""
+    names = set()
+    for text in texts:
+        name, sign, _ = text.partition(":=")
+        if not sign or not name.strip():
+            raise _wrong(XACRO_ARGS, text, "expected NAME:=VALUE, as prefix:=left_")
+        if name.strip() in names:
+            raise _wrong(XACRO_ARGS, list(texts), f"'{name.strip()}' is given twice")
+        names.add(name.strip())
 
 
 def _entry(row: Parameter[Any], value: Any) -> Any:

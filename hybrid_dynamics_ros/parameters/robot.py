@@ -12,6 +12,13 @@ ROBOT: Final = Parameter[str](
     "Robot of this node: name of a shipped robot, or path of a description file.",
     kind=str,
 )
+XACRO_ARGS: Final = Parameter[OptionalNames](
+    "xacro_args",
+    None,
+    "Arguments of the robot's file where it is a xacro file, such as prefix:=left_.",
+    kind=str,
+    length=None,
+)
 AUTOSTART: Final = Parameter[bool](
     "autostart",
     True,
@@ -80,6 +87,7 @@ STILL: Final = Parameter[float](
 
 ROWS: Final[tuple[Parameter[Any], ...]] = (
     ROBOT,
+    XACRO_ARGS,
     AUTOSTART,
     MEASURED,
     GRAVITY,

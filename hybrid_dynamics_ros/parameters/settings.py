@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import cast
 
 from .inputs import SENSOR, sensor_joint
+from .robot import XACRO_ARGS
 from .row import Parameter, T, Value
 from .table import TABLE
 
@@ -30,6 +31,12 @@ class NodeSettings:
         start = f"{SENSOR}."
         names = [name for name in self._values if name.startswith(start)]
         return list(dict.fromkeys(map(sensor_joint, names)))
+
+    @property
+    def xacro_args(self) -> dict[str, str]:
+        """Arguments of a xacro file, by name."""
+        pairs = [text.split(":=", 1) for text in self[XACRO_ARGS] or ()]
+        return {name.strip(): value.strip() for name, value in pairs}
 
     def replaced(self, changes: Mapping[str, Value]) -> NodeSettings:
         """The settings with other values by name."""

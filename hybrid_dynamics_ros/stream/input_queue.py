@@ -52,9 +52,11 @@ class InputQueue:
             self._waiting.popleft()
             self._skip(1)
 
-    def clear(self) -> None:
-        """Leave what waits unanswered."""
+    def clear(self) -> int:
+        """Leave what waits unanswered; how many messages that are."""
+        count = len(self._waiting)
         self._waiting.clear()
+        return count
 
     def work(self) -> None:
         """Answer what waits, for one turn at most; what is left waits for the next turn."""

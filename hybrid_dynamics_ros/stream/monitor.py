@@ -51,17 +51,28 @@ class StatusEntry:
     level: Level = Level.OK
 
 
+@dataclass
+class Tally:
+    """Messages of one topic: how many came, and how many of them were refused."""
+
+    received: int = 0
+    rejected: int = 0
+
+
 class Monitor:
     """Collects while messages flow; reports now and then."""
 
     def __init__(self, strokes: StrokeMargins) -> None:
         self.skipped = 0  # inputs left out because they came faster than they could be answered
         self.lost = 0  # messages that never came, by the numbers of their publishers
+        self.inactive = 0  # inputs left out because they came while the node was not active
+        self.pressures = Tally()
         # Publishers and subscriptions of the node's topics that it does not reach, and why.
         self.unconnected = ""
         self.last_error = ""
         self._reported_lost = 0
         self._reported_skipped = 0
+        self._reported_pressures = 0
         self._strokes = strokes
         self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
         self._received = 0  # at the last report
@@ -119,8 +130,18 @@ class Monitor:
             StatusEntry("counts", counts.summary()),
             StatusEntry("lost on the way", str(self.lost), _warn_if(lost > 0 and not lossy)),
             StatusEntry("left out under overload", str(self.skipped), _warn_if(skipped > 0)),
+            StatusEntry("left out while not active", str(self.inactive)),
+            self._pressure_entry(),
             StatusEntry("not connected", self.unconnected or "none", _warn_if(self.unconnected)),
         ]
+
+    def _pressure_entry(self) -> StatusEntry:
+        """Messages with pressures since the start; a warning where some were refused since."""
+        tally = self.pressures
+        recent = tally.rejected - self._reported_pressures
+        self._reported_pressures = tally.rejected
+        text = f"{tally.received} received, {tally.rejected} rejected"
+        return StatusEntry("pressures", text, _warn_if(recent > 0))
 
     def _timing(
         self, result: MotionResult | None, now_ns: int, settings: NodeSettings

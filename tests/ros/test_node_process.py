@@ -17,7 +17,7 @@ import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from hybrid_dynamics_msgs.msg import ErrorCode
-from hybrid_dynamics_msgs.srv import SolveFK
+from hybrid_dynamics_msgs.srv import InverseDynamics, SolveFK
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -168,6 +168,46 @@ def test_a_pipe_as_robot_is_refused_while_services_answer_and_a_file_in_its_plac
     shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots"
     shutil.copy(shipped / f"{robot.name}.yaml", place)
     assert client.change("configure")
+    assert node.stop() == 0
+
+
+XACRO = """\
+<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="prefix" default="a_"/>
+  <xacro:arg name="mass" default="2"/>
+  <link name="base"/>
+  <link name="$(arg prefix)arm"><inertial><mass value="$(arg mass)"/><origin xyz="0.1 0 0"/>
+    <inertia ixx="0.1" iyy="0.2" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="$(arg prefix)joint" type="revolute"><parent link="base"/>
+    <child link="$(arg prefix)arm"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="10" velocity="1"/></joint>
+</robot>
+"""
+
+
+def test_arguments_reach_a_xacro_file_and_wrong_ones_are_named(start_node, tmp_path, connect):
+    file = tmp_path / "arm.urdf.xacro"
+    file.write_text(XACRO)
+    arguments = "['prefix:=left_', 'weight:=3.5']"
+    node = start_node("-p", f"robot:={file}", "-p", f"xacro_args:={arguments}")
+    line = node.wait_for("stays unconfigured: .*").group()
+    assert f"{file} has no argument 'weight'" in line
+    client = connect(only=("get_state", "inverse_dynamics", "set_parameters", "change_state"))
+    assert "NAME:=VALUE" in client.set_parameter("xacro_args", ["prefix"])
+    assert client.set_parameter("xacro_args", ["prefix:=left_", "mass:=3.5"]) == ""
+    assert client.change("configure")
+    request = InverseDynamics.Request()
+    request.motion.name = ["left_joint"]
+    for values in (
+        request.motion.position,
+        request.motion.velocity,
+        request.motion.acceleration,
+    ):
+        values.append(0.0)
+    answer = client.call("inverse_dynamics", request)
+    assert answer.error_text == ""
+    np.testing.assert_allclose(answer.efforts.effort, [-3.5 * 9.81 * 0.1], rtol=1e-3)
+    assert "only while the node is unconfigured" in client.set_parameter("xacro_args", [])
     assert node.stop() == 0
 
 

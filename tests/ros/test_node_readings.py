@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from hybrid_dynamics_msgs.msg import CylinderStates
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import load
@@ -89,10 +90,8 @@ def test_extra_joints_pass_through_where_the_node_is_told_so(start_node, connect
     assert len(states.position) == 13
 
 
-def test_pressures_are_measured_efforts(start_node, connect):
-    start_node("-r", "__ns:=/dig", "-p", "robot:=excavator", "-p", "log_period:=0.0")
-    client = connect("/dig/hybrid_dynamics", only=("describe_robot",))
-    robot = load("excavator")
+def measured_efforts(client, robot):
+    """The answer to pressures of two cylinders, one of them without a reading."""
     pressures = CylinderStates(
         name=["boom_cylinder", "bucket_cylinder"],
         cap_pressure=[12e6, 2e6],
@@ -106,12 +105,47 @@ def test_pressures_are_measured_efforts(start_node, connect):
         client.publish("active_joint_states", state, stamp)
         return client.received("measured_efforts", stamp - 100 * 10**6)
 
-    measured = client.wait_until(answer, "efforts from pressures", 60.0)
+    return client.wait_until(answer, "efforts from pressures", 60.0)
+
+
+def test_pressures_are_measured_efforts_and_bad_ones_cost_nothing_else(start_node, connect):
+    node = start_node("-r", "__ns:=/dig", "-p", "robot:=excavator", "-p", "log_period:=0.0")
+    client = connect("/dig/hybrid_dynamics", only=("describe_robot",))
+    robot = load("excavator")
+    measured = measured_efforts(client, robot)
     assert list(measured.name) == list(robot.drives)
     boom = robot.cylinders["boom_cylinder"]
     force = boom.sign * (12e6 * boom.cap_area - 1e6 * boom.rod_area)
     np.testing.assert_allclose(measured.effort, [math.nan, force, math.nan, math.nan])
     np.testing.assert_allclose(measured.position, robot.reference)
+
+    names = [f"cylinder_{k}" for k in range(60_000)]
+    good = CylinderStates(name=["boom_cylinder"], cap_pressure=[1e6], rod_pressure=[1e6])
+    data = bytes(serialize_message(good))
+    bad = (
+        CylinderStates(name=names, cap_pressure=[1e6] * len(names)),
+        CylinderStates(name=["boom_cylinder"]),
+        CylinderStates(name=["q1"], cap_pressure=[1e6], rod_pressure=[1e6]),
+        data[:23],
+        data[:4] + b"\xff" * (len(data) - 4),
+    )
+    state = JointState(name=list(robot.active), position=robot.reference.tolist())
+    stamps = []
+    for message in 4 * bad:
+        client.publish_as_it_is("cylinder_pressures", message)
+        stamps.append(client.new_stamp(0.002))
+        client.publish("active_joint_states", state, stamps[-1])
+    for stamp in stamps:
+        client.wait_for("joint_states", stamp)
+    node.wait_for("rejected, too long: a message of [0-9]+ bytes, expected 131072 at most")
+    client.wait_until(
+        lambda: client.values("stream")["pressures"].endswith(f" {4 * len(bad)} rejected"),
+        "a report that counts them",
+    )
+    assert client.values("stream")["counts"].count("rejected") == 0
+    again = measured_efforts(client, robot)
+    np.testing.assert_array_equal(again.effort, measured.effort)
+    assert node.stop() == 0
 
 
 def test_two_drivers_are_joined(client):

@@ -96,6 +96,23 @@ def test_messages_that_cannot_be_read_count_as_received_and_rejected(ros_node):
     assert counts.accepted > 0
 
 
+def test_what_waits_while_the_node_is_not_active_is_counted_and_not_answered(ros_node):
+    ros_node.start()
+    stream = ros_node._stream
+    data = bytes(serialize_message(MESSAGE))
+    for _ in range(3):
+        stream.inputs[0].queue.put(data)
+    ros_node.trigger_deactivate()
+    stream._on_resume()
+    receive(ros_node, 1, data)
+    monitor = ros_node._runtime.monitor
+    assert monitor.inactive == 4
+    assert ros_node._runtime.pipeline.counts.received == 0
+    ros_node.trigger_activate()
+    receive(ros_node, 0, data)
+    assert ros_node._runtime.pipeline.counts.received == 1
+
+
 def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(
     ros_node, capfd, monkeypatch
 ):
