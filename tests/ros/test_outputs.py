@@ -8,10 +8,11 @@ from builtin_interfaces.msg import Time
 from hybrid_dynamics_msgs.msg import ClosedState
 from hybrid_dynamics_msgs.msg import CylinderStates as CylinderStatesMessage
 from rclpy.serialization import deserialize_message, serialize_message
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import HydraulicCylinder, load
 from hybrid_dynamics_ros.messages.interfaces import typestore
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
 from hybrid_dynamics_ros.messages.joint_state_layout import joint_state_template
@@ -29,6 +30,7 @@ from hybrid_dynamics_ros.services.kinematics import closed_state_message
 from hybrid_dynamics_ros.stream.monitor import Level, Monitor
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.rate_limit import RateLimit
+from hybrid_dynamics_ros.stream.results import MotionResult
 from hybrid_dynamics_ros.stream.stroke_margins import StrokeMargins
 from hybrid_dynamics_ros.stream.topics import (
     ClosedStates,
@@ -38,6 +40,7 @@ from hybrid_dynamics_ros.stream.topics import (
     Transforms,
     topics_of,
 )
+from tests.mechanisms import changed, mechanism
 from tests.sampling import swept
 
 STAMP = Time(sec=3, nanosec=4)
@@ -154,7 +157,7 @@ def test_a_stamp_beyond_what_messages_hold_is_told(sec, fits):
     else:
         with pytest.raises(
             ValueError,
-            match=rf"the stamp {stamp_ns} ns is {sec} s.* to 2147483647 \(January 2038\)",
+            match=rf"the stamp {stamp_ns} ns is {sec} s.* from -2147483648 to 2147483647 \(Jan",
         ):
             template.fill(stamp_ns, [np.ones(1)])
 
@@ -211,6 +214,52 @@ def test_cylinder_states_are_those_of_the_library():
         name: float(force) for name, force in forces.items()
     }
     assert all(efforts[name] == 0.0 for name in told.name if name not in forces)
+
+
+@pytest.mark.parametrize("dead", ["none", "some", "all"])
+def test_rows_have_the_messages_of_their_samples_at_dead_centres_too(dead):
+    """A cylinder that pushes a crank by its rod: with both in line it can give no effort."""
+    cylinder = HydraulicCylinder("s", bore=0.05, rod=0.03)
+    robot = changed(mechanism("slider_crank"), actuators={"s": cylinder})
+    slide = robot.coordinates.index("s")
+    centre = brentq(lambda a: robot.close([0.0, a]).R[slide, 1], -1.0, 1.0, xtol=1e-15)
+    is_dead = {"none": [False] * 3, "some": [False, True, False, True, True], "all": [True] * 3}
+    pipeline = Pipeline(robot, bandwidth=10.0, max_gap=0.5)
+    singles = []
+    for k, dies in enumerate(is_dead[dead]):
+        position = np.array([0.1 * k, centre if dies else 0.6 + 0.05 * k])
+        sample = JointSample(k * 10**7, robot.active, position, TWO, 0.3 * TWO)
+        singles.append(pipeline.process(sample))
+    topic, rows = JointStates(robot), MotionResult.joined(singles)
+    filled = {}
+    for group in topic.groups(rows):
+        if len(group):
+            template, values = topic.message(rows.rows(group))
+            for place, row in enumerate(group.tolist()):
+                parts = [part[place] for part in values]
+                filled[row] = template.fill(singles[row].stamp_ns, parts)
+    assert [filled[k] for k in range(len(singles))] == [topic.fill(one) for one in singles]
+    for k, (one, dies) in enumerate(zip(singles, is_dead[dead], strict=True)):
+        efforts = list(deserialize_message(filled[k], JointState).effort)
+        assert bool(efforts) != dies
+        if efforts:
+            forces = robot.drive_forces(one.state, one.efforts)
+            assert efforts == [float(forces.get(name, 0.0)) for name in robot.coordinates]
+
+
+def test_rows_are_as_near_to_a_singularity_as_their_samples():
+    robot = load("forging_chu2020")
+    results = []
+    for share in (0.0, 0.5, 1.0, 1.5):
+        position = robot.reference + share * np.array([0.0, 0.05, -0.05, 0.0])
+        sample = JointSample(0, robot.active, position, np.zeros(4), np.zeros(4))
+        results.append(Pipeline(robot, bandwidth=10.0, max_gap=0.5).process(sample))
+    joined = MotionResult.joined(results)
+    assert joined.nearest[0].tolist() == [result.nearest[0] for result in results]
+    assert joined.nearest[1] == results[0].nearest[1]
+    for result in results:
+        expected = robot.close(result.active.position)
+        assert result.nearest == (float(expected.singularity), expected.singular_loop)
 
 
 def test_the_monitor_tells_levels_by_its_thresholds(robot):

@@ -11,6 +11,7 @@ from hybrid_dynamics_ros.parameters import (
     GRAVITY,
     INPUT_DEPTH,
     INPUT_QOS,
+    KALMAN_BANDWIDTH,
     MEASURED,
     PAYLOAD_COM,
     PROFILES,
@@ -31,6 +32,11 @@ def test_the_table_is_complete_and_consistent():
         assert (
             checked(parameter, parameter.default) == parameter.default == NodeSettings()[parameter]
         )
+
+
+def test_both_filters_take_the_same_bandwidths():
+    ranges = [descriptor(row).floating_point_range[0] for row in (BANDWIDTH, KALMAN_BANDWIDTH)]
+    assert ranges[0] == ranges[1]
 
 
 def test_descriptors_say_range_unit_choices_and_read_only():

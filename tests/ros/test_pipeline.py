@@ -6,12 +6,14 @@ import sys
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import Payload
+from hybrid_dynamics_core import Payload, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError, SingularityError
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_ros.messages.joint_samples import JointSample, Rejection, RejectionCode
 from hybrid_dynamics_ros.stream.filter.filter import StampEvent
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
+from tests.export.test_round_trip import CART
 
 MS = 10**6  # [ns]
 POSITION = np.array([0.8726646259971648, 0.15000000000000002, 0.175, 0.4363323129985824])
@@ -107,6 +109,19 @@ def test_given_accelerations_are_taken_as_they_are_and_leave_the_filter_alone(ro
             between.efforts, robot.inverse_dynamics(robot.close(POSITION, RATES), acceleration)
         )
         assert between.event is None
+
+
+def test_angles_go_on_over_a_turn_and_lengths_are_as_they_came():
+    """A pole on a cart: it goes past half a turn as the cart goes four metres at once."""
+    stream = Pipeline(Robot(parse_description(CART)), bandwidth=10.0, max_gap=0.5)
+    readings = [(0.0, 3.1), (4.0, -3.1), (0.5, 3.1)]
+    results = [
+        stream.process(JointSample(10 * k * MS, ("x", "th"), np.array(pair)))
+        for k, pair in enumerate(readings)
+    ]
+    assert [result.position[0] for result in results] == [0.0, 4.0, 0.5]
+    angles = [result.position[1] for result in results]
+    np.testing.assert_allclose(angles, [3.1, 2.0 * np.pi - 3.1, 3.1])
 
 
 @pytest.mark.parametrize("with_velocity", [True, False])

@@ -12,7 +12,13 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_core.kernels import artifact, cache, run
 from hybrid_dynamics_core.kernels.run import Kernel
 from hybrid_dynamics_ros.messages.joint_samples import JointSample, Rejection
-from hybrid_dynamics_ros.parameters import MEASURED, NodeSettings, sensor_rows
+from hybrid_dynamics_ros.parameters import (
+    MEASURED,
+    PAYLOAD_FRAME,
+    PAYLOAD_MASS,
+    NodeSettings,
+    sensor_rows,
+)
 from hybrid_dynamics_ros.services.code_maker import CodeMaker
 from hybrid_dynamics_ros.stream.conditions import (
     Conditions,
@@ -98,6 +104,27 @@ def test_a_switch_waits_for_the_sample_that_is_worked_on(runtime):
     del robot.close
     threads[0].join()
     assert dict(at_rest(runtime, 1, start=6)[0].state.branch) == dict(two.branch)
+
+
+FRAMES = ("", "end_effector", "bucket")
+PAYLOADS = st.tuples(st.sampled_from(FRAMES), st.sampled_from([2.0, 5.0, 0.0]))
+
+
+@examples(800)
+@given(st.lists(PAYLOADS, min_size=1, max_size=4), st.booleans())
+def test_the_payload_of_the_parameters_is_where_the_newest_put_it(payloads, has_call):
+    """One that a call has put at another frame stays."""
+    conditions, before = Conditions(), None
+    if has_call:
+        conditions = conditions.with_payload("boom", BODY)
+    for frame, mass in payloads:
+        settings = NodeSettings({PAYLOAD_FRAME.name: frame, PAYLOAD_MASS.name: mass})
+        conditions = conditions.with_settings(settings, before, "end_effector")
+        before = settings
+    expected = {"boom": BODY.mass} if has_call else {}
+    if mass:
+        expected[frame or "end_effector"] = mass
+    assert {name: body.mass for name, body in conditions.payloads.items()} == expected
 
 
 # -- code

@@ -21,6 +21,7 @@ from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionC
 from hybrid_dynamics_ros.services.trajectory_conversion import Conversion, convert
 from hybrid_dynamics_ros.services.trajectory_fit import completed
 from hybrid_dynamics_ros.services.trajectory_follower import ConversionSettings
+from hybrid_dynamics_ros.services.trajectory_limits import MotionLimits
 from hybrid_dynamics_ros.services.trajectory_motion import SampledTrajectory
 from tests.generated.case import Case
 from tests.generated.class_three import class_three
@@ -92,10 +93,11 @@ def require_first(bad_time: float, values: np.ndarray, limit: float, moments: np
     assert beyond.size == 0 or bad_time <= beyond[0] + 1e-6
 
 
+@pytest.mark.parametrize("kind", ["position", "rate", "effort"])
 @examples(8)
-@given(ROBOTS, STATES, st.sampled_from(["position", "rate", "effort"]), st.floats(0.3, 0.95))
+@given(ROBOTS, STATES, st.floats(0.3, 0.95))
 def test_the_first_time_beyond_a_limit_is_told_between_points_too(
-    case: Case, seed: int, kind: str, share: float
+    kind: str, case: Case, seed: int, share: float
 ) -> None:
     robot = case.robot
     trajectory = gentle(robot, case.somewhere(seed)[: case.n], seed)
@@ -196,6 +198,61 @@ def test_a_limit_that_is_passed_only_between_two_points_is_told() -> None:
     assert converted.bad_point == 1
     assert 0.9 < converted.bad_time < 1.0
     assert convert(limited(robot, name, limits=(-np.inf, peak + 1e-6)), trajectory).problem is None
+
+
+def test_the_drive_that_is_too_weak_is_named_with_what_it_needs() -> None:
+    """Beside others that are just strong enough."""
+    robot = load("ankle")
+    state, ddu = robot.close(robot.reference), np.full(len(robot.active), 0.1)
+    efforts = robot.inverse_dynamics(state, ddu)
+    for weak, name in enumerate(robot.drives):
+        most = np.abs(efforts) * np.where(np.arange(len(efforts)) == weak, 0.99, 1.0)
+        other = robot
+        for joint, limit in zip(robot.drives, most.tolist(), strict=True):
+            other = limited(other, joint, effort_limit=limit)
+        problem = MotionLimits(other, 0.0).problem(state, efforts)
+        assert problem is not None
+        assert problem.code is RejectionCode.LIMIT
+        needed, allowed = f"{efforts[weak]:.6g}", f"{most[weak]:.6g}"
+        unit = "N m" if robot.joint_types[name] == "revolute" else "N"
+        expected = f"expected no more than {allowed} {unit}"
+        assert problem.text == f"{name} needs {needed} {unit}, {expected}"
+
+
+@pytest.mark.parametrize("begin", [4.0, 2.0**30, 2.0**31 - 1.0])
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.8])
+def test_late_motions_are_those_that_begin_at_once(begin: float, share: float) -> None:
+    """However late they are: far from zero, floats are further apart than the first bad time."""
+    robot = load("five_bar")
+    name, start = robot.active[0], robot.reference
+    position = np.array([start, start + 0.05 * np.eye(len(start))[0]])
+    zero = np.zeros_like(position)
+    bound = limited(robot, name, limits=(-np.inf, float(start[0] + 0.05 * share)))
+    time = np.array([0.0, 0.125])
+    early = convert(bound, SampledTrajectory(robot.active, time, position, zero, zero))
+    late = convert(bound, SampledTrajectory(robot.active, begin + time, position, zero, zero))
+    assert early.problem is not None
+    assert late.problem is not None
+    assert late.problem.code is early.problem.code
+    resolution = np.spacing(begin) + 1e-6 * time[1]
+    assert abs(late.bad_time - begin - early.bad_time) <= resolution
+    assert np.array_equal(late.time - begin, early.time)
+
+
+def test_motions_of_light_robots_have_as_many_points() -> None:
+    """Efforts are as exact where links weigh ten thousand times less."""
+    robot, share = load("five_bar"), 1e-4
+    trajectory = gentle(robot, robot.reference, 2)
+    settings = ConversionSettings(tolerance=0.01)
+    whole = convert(robot, trajectory, None, settings)
+    links = {
+        name: replace(link, mass=share * link.mass, inertia=share * link.inertia)
+        for name, link in robot.description.links.items()
+    }
+    light = convert(Robot(replace(robot.description, links=links)), trajectory, None, settings)
+    assert len(whole.time) > len(trajectory.time)
+    assert np.array_equal(light.time, whole.time)
+    np.testing.assert_allclose(light.efforts, share * whole.efforts, rtol=1e-9, atol=1e-18)
 
 
 Mask = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]

@@ -5,9 +5,13 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
+from hybrid_dynamics_ros.node.process.watchdog import LIMIT, PATIENCE
+
+ROOT = Path(__file__).resolve().parents[2]
 # The second mutex is waited for with the interpreter held, as the middleware does it.
 HANGS = {
     "a lock": "import threading; lock = threading.Lock(); lock.acquire(); lock.acquire()",
@@ -24,6 +28,11 @@ STOPPED = (
     "from hybrid_dynamics_ros.node.process.stop_signals import StopSignals; stop = StopSignals();"
     " print('hangs', flush=True)"
 )
+
+
+def test_the_page_tells_how_long_a_loop_may_stand_still():
+    page = (ROOT / "docs" / "node_reference.md").read_text(encoding="utf-8")
+    assert f"stood still for {LIMIT:g} s ({PATIENCE:g} s while it configures)" in page
 
 
 @pytest.fixture
