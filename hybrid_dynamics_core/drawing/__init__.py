@@ -38,13 +38,13 @@ def draw(
     names: Names = "active",
     title: str | None = None,
 ) -> Figure:
-    """Draw a robot: a side view where all of it moves in one plane, an oblique view where not.
+    """Draw a robot: a side view if it moves in one plane, otherwise an oblique view.
 
     Args:
         robot: to be drawn, or its description.
         state: one closed state; None: the reference configuration.
         path: where to write the figure, as .svg, .png or .pdf.
-        names: which are shown: none, those of the active joints, of all joints, or of links too.
+        names: names to show: none, of active joints, of all joints, or of links too.
         title: of the figure; None: the robot's name.
 
     Returns:
@@ -106,8 +106,8 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
         robot: to be drawn, or its description.
         u: (n,) active coordinates [rad or m]; None: the reference configuration.
         path: where to write the figure, as .svg, .png or .pdf.
-        most: how many modes are drawn, in the order of `robot.assembly_modes`; the robot's own in
-            any case.
+        most: largest number of modes to draw, in the order of `robot.assembly_modes`. The robot's
+            own mode is always drawn.
         names: which are shown.
         title: of the figure; None: the robot's name.
         mark_own: whether the robot's own mode is marked.
@@ -143,7 +143,7 @@ def draw_workspace(
     colour: Colour = "singularity",
     title: str | None = None,
 ) -> Figure:
-    """Draw where the end effector can be, with the robot in its reference configuration on top.
+    """Draw the reachable places of the end effector, with the robot at its reference on top.
 
     A planar robot is shown in its plane. An arm on a turning column is shown in the arm's plane.
     Others are shown in three views.
@@ -152,8 +152,8 @@ def draw_workspace(
         robot: to be drawn, or its description.
         workspace: `robot.workspace()` if None.
         path: where to write the figure, as .svg, .png or .pdf.
-        colour: what colours stand for, of all that lies behind a point: the least distance to a
-            singularity, or the largest to a limit.
+        colour: quantity shown by colours. Each point shows one of the samples projected onto it:
+            the least distance to a singularity, or the largest distance to a limit.
         title: of the figure; None: the robot's name.
 
     Returns:
@@ -183,12 +183,12 @@ def draw_margins(
     colour: Colour = "singularity",
     title: str | None = None,
 ) -> Figure:
-    """Draw distances to a singularity or a limit over two active coordinates, and ends of strokes.
+    """Draw a map of distances to singularities or limits over two active coordinates.
 
     Args:
         robot: to be drawn, or its description.
         over: names of the two coordinates.
-        u: (n,) active coordinates at which the others stay [rad or m]; None: the reference.
+        u: (n,) constant values of the other active coordinates [rad or m]; None: the reference.
         path: where to write the figure, as .svg, .png or .pdf.
         colour: what colours stand for.
         title: of the figure; None: the names of robot and coordinates.
@@ -220,7 +220,7 @@ def draw_simulation(
 
     Args:
         robot: of the motion.
-        motion: that was simulated.
+        motion: the simulated motion.
         path: where to write the figure, as .svg, .png or .pdf.
         title: of the figure; None: the robot's name.
 

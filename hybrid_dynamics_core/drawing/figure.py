@@ -22,15 +22,15 @@ from .paint.picture import limits_of, make_scene, paint_scene
 
 _WIDTH: Final = 7.2  # [in]
 _HEIGHTS: Final = (1.8, 6.0)  # [in] least and greatest, of the axes
-# [in] left, right and below the axes: a planar view has ticks and names there
+# [in] margins left, right and below the axes, for ticks and names of a planar view
 _PLANAR: Final = (0.76, 0.16, 0.46)
 _SPATIAL: Final = (0.1, 0.1, 0.05)
-_DPI_OF_IMAGES: Final = 200  # within a drawing of lines, as .svg and .pdf are
+_DPI_OF_IMAGES: Final = 200  # resolution of images inside vector graphics
 _DPI_OF_PNG: Final = 150
-_LABEL: Final = 0.2  # [in] where the name of the upright axis ends
+_LABEL: Final = 0.2  # [in] right edge of the name of the vertical axis
 _PATHS: Final = re.compile(r' d="[^"]*"')  # of an SVG
-_DECIMALS: Final = re.compile(r"(\.\d\d)\d+")  # two that stay, and the others
-# Files say by it where they come from.
+_DECIMALS: Final = re.compile(r"(\.\d\d)\d+")  # two decimals to keep, and the rest
+# Metadata of files: the program that made them.
 _MAKER: Final = f"hybrid_dynamics, Matplotlib {mpl.__version__}"
 
 

@@ -1,4 +1,4 @@
-"""What a caller may choose."""
+"""Checks of the options of drawings."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ Colour = Literal["singularity", "limits"]
 
 
 def checked_names(names: str) -> Names:
-    """The choice of names that are shown.
+    """Check the option `names`.
 
     Raises:
-        InputError: for another than those of `Names`.
+        InputError: it is not one of `Names`.
     """
     return cast("Names", _checked("names", names, get_args(Names)))
 
 
 def checked_colour(colour: str) -> Colour:
-    """The choice of what colours stand for.
+    """Check the option `colour`.
 
     Raises:
-        InputError: for another than those of `Colour`.
+        InputError: it is not one of `Colour`.
     """
     return cast("Colour", _checked("colour", colour, get_args(Colour)))
 

@@ -1,4 +1,4 @@
-"""Pages for plots in the style of all figures: title, line, axes, and a caption below them."""
+"""Pages for plots in the style of all figures: title, subtitle, axes, and a caption."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from matplotlib.ticker import ScalarFormatter
 from ..scene.style import LOOPS, QUIET, STYLE
 from .figure import save
 
-CURVES: Final = LOOPS  # RED stays with what is driven, and with what is beyond a limit
+CURVES: Final = LOOPS  # without RED, which marks driven joints and exceeded limits
 PLOTS: Final[dict[Any, Any]] = {
     **STYLE,
     "axes.prop_cycle": cycler(color=CURVES),
     "legend.frameon": False,
 }
-_LINE: Final = 0.16  # [in] of the caption
-_LETTERS: Final = 16.5  # of a caption to the inch: full lines end short of the edge
-_LEFT: Final = 0.015  # of texts, in the figure's width
-_ROW: Final = 13.0  # [pt] of a legend
+_LINE: Final = 0.16  # [in] height of a line of the caption
+_LETTERS: Final = 16.5  # letters of a caption per inch, so that lines end before the edge
+_LEFT: Final = 0.015  # left edge of texts, as a share of the figure's width
+_ROW: Final = 13.0  # [pt] height of a row of a legend
 _GAP: Final = 6.0  # [pt] between axes, legend and title
 _THOUSANDS: Final = re.compile(r"(?<=\d)(?=(\d{3})+$)")
 
 
 class InFull(ScalarFormatter):
-    """Numbers of ticks without a power of ten, which would stand on a legend above the axes."""
+    """Tick labels without a common power of ten, which would overlap a legend above the axes."""
 
     def __init__(self) -> None:
         super().__init__(useOffset=False)
         self.set_scientific(False)
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        """The number of a tick, with commas between thousands."""
+        """The label of a tick, with commas between thousands."""
         digits, point, decimals = super().__call__(x, pos).partition(".")
         return _THOUSANDS.sub(",", digits) + point + decimals
 
@@ -55,13 +55,13 @@ def page(
 ) -> Figure:
     """A figure with a title above its axes and a caption below them.
 
-    To be made, filled and saved within `mpl.rc_context(PLOTS)`.
+    Create, fill and save it within `mpl.rc_context(PLOTS)`.
 
     Args:
         title: of the figure.
-        caption: what was assumed.
-        line: what is shown, below the title.
-        width: of the axes with their names [in].
+        caption: text below the axes.
+        line: subtitle.
+        width: width of the axes with their names [in].
         height: of the axes with their names [in].
 
     Returns:
@@ -112,7 +112,7 @@ def written_page(
     line: str,
     height: float,
 ) -> Iterator[Figure]:
-    """A page to be filled with axes, which is written to a file at the end.
+    """A context manager for a page that is written to a file at the end.
 
     Args:
         path: of the file, .svg, .png or .pdf.
@@ -133,19 +133,19 @@ def written_page(
 
 
 def entitled(axes: Axes, title: str, columns: int = 0) -> None:
-    """Write a title over axes, and between both a legend, which so hides nothing.
+    """Write a title above axes, and a legend between both, where it hides nothing.
 
-    Ticks beside a legend have their numbers in full.
+    Tick labels beside a legend have no common power of ten.
 
     Args:
-        axes: with curves that have labels.
+        axes: axes with labelled curves.
         title: of the axes.
-        columns: of the legend; 0: no legend.
+        columns: number of columns of the legend; 0: no legend.
     """
     if not columns:
         axes.set_title(title)
         return
-    if isinstance(axes.yaxis.get_major_formatter(), ScalarFormatter):  # no words, no logarithms
+    if isinstance(axes.yaxis.get_major_formatter(), ScalarFormatter):  # plain numbers
         axes.yaxis.set_major_formatter(InFull())
     handles, labels = axes.get_legend_handles_labels()
     rows = -(-len(labels) // columns)

@@ -1,1 +1,1 @@
-"""The geometry of a picture: from a robot and a state to parts, lines and a projection."""
+"""The geometry of pictures: parts, lines and a projection from a robot and a state."""

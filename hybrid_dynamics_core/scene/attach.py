@@ -1,4 +1,4 @@
-"""What each link carries: points between which its body reaches, and cylinders."""
+"""The points and cylinders on each link, from which its body is drawn."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .groups import JointGroup
 from .points import COINCIDENT
 from .skeleton import PlacedJoint, Skeleton
 
-_MOUTH = (0.42, 0.66)  # least and largest share of a cylinder's length at which its barrel ends
-_LONGEST = 0.9  # of the least length that there ever is: the barrel stays below it
-_SHORT = 0.02  # of the size of the mechanism: shorter cylinders are drawn as slides
-_SMALLEST = 1e-9  # [m] size of a mechanism, at least
+_MOUTH = (0.42, 0.66)  # least and largest length of a barrel, as shares of the cylinder's length
+_LONGEST = 0.9  # largest share of a barrel in the cylinder's shortest length
+_SHORT = 0.02  # share of the mechanism's size below which a cylinder is drawn as a slide
+_SMALLEST = 1e-9  # [m] least size of a mechanism
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +24,10 @@ class CylinderShape:
     """A prismatic joint drawn as a barrel and a rod.
 
     Attributes:
-        joint: that slides.
-        foot: (3,) where the barrel begins [m].
-        end: (3,) where the rod ends [m].
-        shortest: the least that there ever is between foot and end [m].
+        joint: the prismatic joint.
+        foot: (3,) start of the barrel [m].
+        end: (3,) end of the rod [m].
+        shortest: least distance from foot to end in any configuration [m].
     """
 
     joint: PlacedJoint
@@ -47,7 +47,7 @@ class CylinderShape:
 
     @property
     def mouth(self) -> Array:
-        """(3,) where the barrel ends [m]: at the joint's zero where that suits a barrel."""
+        """(3,) end of the barrel [m]; at the joint's zero if that gives a plausible length."""
         length = self.length
         direction = self.direction
         zero = float((self.joint.start - self.foot) @ direction / length)
@@ -58,13 +58,13 @@ class CylinderShape:
 
 @dataclass(eq=False)
 class Attached:
-    """What a link carries.
+    """The points and cylinders on a link.
 
     Attributes:
         fixed: (3,) points of joints and closures [m].
         ends: (3,) points of frames [m].
-        barrels: cylinders whose barrel it is.
-        rods: cylinders whose rod it is.
+        barrels: cylinders whose barrel is on this link.
+        rods: cylinders whose rod is on this link.
     """
 
     fixed: list[Array] = field(default_factory=list)
@@ -74,13 +74,13 @@ class Attached:
 
     @property
     def inside(self) -> list[Array]:
-        """(3,) points at which its cylinders are held [m]."""
+        """(3,) points at which its cylinders are attached [m]."""
         points = [cylinder.foot for cylinder in self.barrels]
         return points + [cylinder.end for cylinder in self.rods]
 
 
 def attach(skeleton: Skeleton, groups: Sequence[JointGroup]) -> dict[str, Attached]:
-    """By link, the points between which its body reaches."""
+    """The points and cylinders of each link, by name."""
     attached = {link: Attached() for link in skeleton.links}
     for group in groups:
         if group.kind not in ("prismatic", "carrier"):
@@ -109,7 +109,7 @@ def cylinders_of(attached: Mapping[str, Attached]) -> dict[str, CylinderShape]:
 def _attach_slides(
     skeleton: Skeleton, attached: Mapping[str, Attached], groups: Sequence[JointGroup]
 ) -> None:
-    """Prismatic joints, whose place depends on what else their links carry."""
+    """Add prismatic joints, whose place depends on the other points of their links."""
     for group in groups:
         joint = group.last
         child = attached[joint.child]
@@ -125,8 +125,8 @@ def _attach_slide(
     parent: Attached,
     child: Attached,
 ) -> None:
-    """A cylinder where parent and child have points on the axis, else a block on a rail."""
-    grounded = joint.parent == skeleton.base  # held in one place, wherever the joint is
+    """Add a cylinder if parent and child have points on the axis, else a block on a rail."""
+    grounded = joint.parent == skeleton.base  # its rail is fixed
     cylinder = None
     if not grounded:
         ends = child.fixed + child.ends
@@ -141,7 +141,7 @@ def _attach_slide(
 
 
 def _held_at(joint: PlacedJoint, grounded: bool) -> float:
-    """Where along its rail a slide is held by its parent [m]."""
+    """Position along its rail [m] at which a slide is attached to its parent."""
     reach = _reach(joint)
     if grounded:
         return 0.5 * (min(reach) + max(reach))
@@ -155,9 +155,9 @@ def _cylinder(
     feet: Sequence[Array],
     ends: Sequence[Array],
 ) -> CylinderShape | None:
-    """The joint as a cylinder between the two points on its axis that are the farthest apart.
+    """The joint as a cylinder between the two points on its axis that are farthest apart.
 
-    None where parent and child have no points there.
+    None if parent and child have no points on the axis.
     """
     size = mechanism_size(skeleton)
     feet = [foot for foot in feet if _is_on_axis(foot, joint, size)]
@@ -177,9 +177,9 @@ def _is_on_axis(point: Array, joint: PlacedJoint, size: float) -> bool:
 
 
 def rail(joint: PlacedJoint) -> Array:
-    """(2, 3) ends of the way of a prismatic joint [m].
+    """(2, 3) ends of the rail of a prismatic joint [m].
 
-    It reaches to its limits, or to zero and the reference, and to where it is.
+    It covers the limits, or zero and the reference, and the present position.
     """
     reach = [joint.displacement, *_reach(joint)]
     ends = np.outer([min(reach), max(reach)], joint.axis)
@@ -187,7 +187,7 @@ def rail(joint: PlacedJoint) -> Array:
 
 
 def _reach(joint: PlacedJoint) -> list[float]:
-    """Values between which the rail reaches in every configuration [m]."""
+    """Positions that the rail covers in every configuration [m]."""
     limits = [limit for limit in joint.limits if np.isfinite(limit)]
     return [joint.reference, *(limits or [0.0])]
 

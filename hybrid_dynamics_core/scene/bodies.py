@@ -1,4 +1,4 @@
-"""Links as bodies between what they carry: bars, plates, posts on plates, cylinders with rods."""
+"""Bodies of links: bars, plates, posts on plates, and cylinders with rods."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .parts import Part, PartRole, axis_segment
 from .points import distinct, ends_of_line, span_dimension
 from .skeleton import PlacedJoint
 
-_POST: Final = 3.0  # radii of a joint: shorter posts are left out
-_ON_PLATE: Final = 1e-12  # [m] to a corner of the plate: no post stands there
+_POST: Final = 3.0  # [radii of a joint] shorter posts are left out
+_ON_PLATE: Final = 1e-12  # [m] distance to a plate's corner below which there is no post
 
-Shape = tuple[PartRole, Array]  # what a piece of a body is, and its points (k, 3) [m]
+Shape = tuple[PartRole, Array]  # role and points (k, 3) [m] of a piece of a body
 
 
 def link_parts(
@@ -30,7 +30,7 @@ def link_parts(
 
     Args:
         link: its name.
-        attached: what it carries.
+        attached: its points and cylinders.
         joint_radius: radius of a joint in the drawing [m].
         size: of the mechanism [m].
 
@@ -90,12 +90,11 @@ def _rod(link: str, cylinder: CylinderShape, joint_radius: float) -> Part:
 def body_shapes(fixed: Array, everything: Array, joint_radius: float) -> list[Shape]:
     """A body as plates and bars.
 
-    Where many `fixed` points lie in one plane it is a plate with posts, otherwise a solid with
-    faces.
+    If many `fixed` points lie in one plane, it is a plate with posts, otherwise a polyhedron.
 
     Args:
         fixed: (k, 3) points of joints and closures [m].
-        everything: (m, 3) these and points of frames [m].
+        everything: (m, 3) these points and those of frames [m].
         joint_radius: radius of a joint in the drawing [m].
 
     Returns:
@@ -122,7 +121,7 @@ def body_shapes(fixed: Array, everything: Array, joint_radius: float) -> list[Sh
 
 
 def _largest_plane(points: Array) -> Array:
-    """The most points that lie in one plane."""
+    """The largest subset of points in one plane."""
     if span_dimension(points) < 3:
         return points
     planes = [_in_plane(points, three) for three in combinations(points, 3)]

@@ -11,7 +11,7 @@ from .parts import Part, PartRole
 from .projection import Projection
 from .scene import Scene
 
-# What lies in one plane is painted in this order.
+# Painting order of parts in one plane.
 _LAYERS: Final[dict[PartRole, int]] = {
     "base": 0,
     "plate": 1,
@@ -28,27 +28,27 @@ _LAYERS: Final[dict[PartRole, int]] = {
     "cross": 9,
 }
 _SYMBOLS: Final = ("block", "collar", "pin", "weld", "hinge", "ball", "cross")
-_JOINED: Final = 3.0  # radii of a joint: bodies nearer than this to a symbol are joined by it
-_LAYER_STEP: Final = 1e-9  # [m] by which a layer is nearer, where depths are the same
-_ROD_STEP: Final = 1e-8  # [m] the same for a rod that comes towards the viewer
+_JOINED: Final = 3.0  # [radii of a joint] a symbol joins bodies nearer than this
+_LAYER_STEP: Final = 1e-9  # [m] depth step between layers of equal depth
+_ROD_STEP: Final = 1e-8  # [m] depth step of a rod that points towards the viewer
 
 
 def from_back(scene: Scene) -> list[Part]:
-    """Parts from back to front: by kind and size where all lie in one plane, else by depth."""
+    """Parts from back to front: by role and size in a planar picture, otherwise by depth."""
     if scene.projection.planar:
         return sorted(scene.parts, key=lambda part: _plane_order(part, scene.projection))
     return sorted(scene.parts, key=lambda part: _nearness(part, scene))
 
 
 def _plane_order(part: Part, projection: Projection) -> tuple[int, float]:
-    """By layer, then the larger ones first."""
+    """Sort key: layer, then larger parts first."""
     outline = part.outline(projection)
     area = np.prod(np.ptp(outline, axis=0))
     return _LAYERS[part.role], -float(area)
 
 
 def _nearness(part: Part, scene: Scene) -> float:
-    """How near a part is to the viewer [m]; the floor of the base is behind everything."""
+    """Depth of a part towards the viewer [m]; a floor is behind everything."""
     depth = part.depth(scene.projection)
     if part.role == "base":
         return -np.inf if _is_floor(part, scene) else depth
@@ -69,12 +69,12 @@ def _is_floor(base: Part, scene: Scene) -> bool:
 
 
 def _faces_viewer(rod: Part, projection: Projection) -> bool:
-    """Whether a rod comes out of its barrel towards the viewer."""
+    """Whether a rod points from its barrel towards the viewer."""
     return rod.axis is not None and float(rod.axis @ projection.toward) > 0.0
 
 
 def _joined(part: Part, scene: Scene) -> list[Part]:
-    """The bodies that a symbol must not disappear behind: those that it joins."""
+    """The bodies that a symbol joins, which must not hide it."""
     place = part.points.mean(axis=0)
     if part.role == "rod":
         place = part.points[0]
@@ -89,7 +89,7 @@ def _joined(part: Part, scene: Scene) -> list[Part]:
 
 
 def _may_hide(other: Part, part: Part, projection: Projection) -> bool:
-    """Whether one part could hide another that it should not: a body, or the collar of a rod."""
+    """Whether a part could wrongly hide another: a body, or the collar of a rod."""
     if part.role == "rod" and other.role == "collar":
         return True
     if other.role in _SYMBOLS:
@@ -100,7 +100,7 @@ def _may_hide(other: Part, part: Part, projection: Projection) -> bool:
 
 
 def _distance(points: Array, place: Array) -> float:
-    """From a place to the nearest of the points, or to the line between two of them [m]."""
+    """Distance from a place to points, or to the line between two points [m]."""
     if len(points) == 2:
         line = points[1] - points[0]
         along = (place - points[0]) @ line

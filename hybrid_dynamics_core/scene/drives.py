@@ -1,4 +1,4 @@
-"""Arrows of what is driven: round the axis of a hinge, along a cylinder where there is room."""
+"""Arrows of driven joints: around the axis of a hinge, or beside a prismatic joint."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .projection import Projection
 from .skeleton import PlacedJoint
 from .symbols import LineMark
 
-# In radii of a joint:
-_ROUND = 2.3  # radius of the arrow round an axis
-_SHELL = 0.9  # more for each arrow inside of it
-_BEFORE = 2.6  # distance of an arrow whose axis lies in the picture, before the joint
+# Lengths in radii of a joint:
+_ROUND = 2.3  # radius of the arrow around an axis
+_SHELL = 0.9  # added for each arrow inside of it
+_BEFORE = 2.6  # distance from the joint of an arrow whose axis lies in the picture
 _BESIDE = 2.4  # distance of the arrow beside a cylinder
-_HALF = 3.4  # half the length of that
-_SHORTEST = 1.7  # at least, beside a short cylinder
-_LATER = 0.1  # points by which a choice is worse than the one before
+_HALF = 3.4  # half the length of that arrow
+_SHORTEST = 1.7  # least half length, beside a short cylinder
+_LATER = 0.1  # penalty of each later candidate, in covered points
 _END_ON = 1e-6  # sine to the viewer's direction below which an axis is a point
 _EDGE_ON = 0.35  # cosine to the viewer's direction below which an arc is tilted
 
@@ -32,7 +32,7 @@ def turn_arrow(
     joint_radius: float,
     inside: int,
 ) -> LineMark:
-    """An arc about the axis, tilted where the true arc would be seen edge-on.
+    """An arc around the axis, tilted if the true arc would be seen edge-on.
 
     Args:
         joint: that is driven.
@@ -51,7 +51,7 @@ def turn_arrow(
         axis = axis + (0.42 - abs(along)) * projection.toward * side
         axis = axis / np.linalg.norm(axis)
     across, other = across_axis(axis)
-    corner = projection.up - projection.right  # the gap of the arc is up and to the left
+    corner = projection.up - projection.right  # direction of the arc's gap: up and to the left
     start = float(np.arctan2(other @ corner, across @ corner))
     angles = start + np.radians(np.linspace(30.0, 320.0, 41))
     radius = (_ROUND + _SHELL * inside) * joint_radius
@@ -67,14 +67,14 @@ def travel_arrow(
     joint_radius: float,
     outlines: Sequence[Path],
 ) -> LineMark:
-    """A double arrow beside a prismatic joint, at the place where it covers least.
+    """A double arrow beside a prismatic joint, where it covers least.
 
     Args:
         joint: that is driven.
-        cylinder: the joint as a cylinder, if it is one.
+        cylinder: the joint as a cylinder, or None.
         projection: of the picture.
         joint_radius: radius of a joint [m].
-        outlines: of parts in the picture.
+        outlines: outlines of parts in the picture.
 
     Returns:
         The arrow.
@@ -100,7 +100,7 @@ def travel_arrow(
 
 
 def _sideways(axis: Array, projection: Projection) -> Array:
-    """Unit vector (3,) across an axis in the picture; to the right where it is seen end-on."""
+    """Unit vector (3,) normal to an axis in the picture; to the right if it is seen end-on."""
     across = np.cross(projection.toward, axis)
     length = float(np.linalg.norm(across))
     if length < _END_ON:

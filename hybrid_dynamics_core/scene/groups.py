@@ -1,4 +1,4 @@
-"""Joints drawn as one: universal and spherical joints, coordinates that only carry a platform."""
+"""Joints drawn as one: universal and spherical joints, and coordinates of a platform."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ GroupKind = Literal["revolute", "prismatic", "universal", "spherical", "carrier"
 
 @dataclass(frozen=True, eq=False)
 class JointGroup:
-    """One joint, or several with nothing between them.
+    """One joint, or several joints at one place.
 
     Attributes:
-        kind: what is drawn. carrier: the coordinates of a platform (x, y, z, ...) that its legs
-            hold, of which nothing could be seen.
-        joints: from the base's side.
-        inner: the links without extent that join them.
+        kind: the symbol. `carrier` stands for coordinates of a platform (x, y, z, ...), which have
+            no bodies.
+        joints: the joints, from the base outward.
+        inner: the links without extent between them.
     """
 
     kind: GroupKind
@@ -58,7 +58,7 @@ def group_joints(skeleton: Skeleton) -> tuple[JointGroup, ...]:
 
 
 def _coincident_chain(skeleton: Skeleton, joint: PlacedJoint) -> list[PlacedJoint]:
-    """The joint with those that follow it at the same place."""
+    """A joint, and those after it at the same place."""
     chain = [joint]
     for following in _followers(skeleton, joint):
         both_turn = chain[-1].type == following.type == "revolute"
@@ -69,7 +69,7 @@ def _coincident_chain(skeleton: Skeleton, joint: PlacedJoint) -> list[PlacedJoin
 
 
 def _carries(skeleton: Skeleton, chain: Sequence[PlacedJoint], following: PlacedJoint) -> bool:
-    """Whether a chain that begins with prismatic joints goes on, as that of a platform does."""
+    """Whether a chain that begins with prismatic joints continues as coordinates of a platform."""
     if chain[-1].child not in skeleton.massless:
         return False
     slides = all(joint.type == "prismatic" for joint in chain[:2])
@@ -77,7 +77,7 @@ def _carries(skeleton: Skeleton, chain: Sequence[PlacedJoint], following: Placed
 
 
 def _followers(skeleton: Skeleton, joint: PlacedJoint) -> Iterator[PlacedJoint]:
-    """Passive joints after this one, while the links between have no extent and hold nothing."""
+    """Passive joints after a joint, as long as the links between have no extent and no closures."""
     busy = set()
     for frame in skeleton.frames:
         busy.add(frame.link)
@@ -97,7 +97,7 @@ def _followers(skeleton: Skeleton, joint: PlacedJoint) -> Iterator[PlacedJoint]:
 
 
 def _groups(skeleton: Skeleton, chain: list[PlacedJoint]) -> list[JointGroup]:
-    """A chain as one group where it is drawn as one, else a group for each joint."""
+    """A chain as one group if it has a symbol, otherwise one group for each joint."""
     kind = _chain_kind(skeleton, chain)
     if kind is None:
         return [JointGroup(joint.type, (joint,)) for joint in chain]

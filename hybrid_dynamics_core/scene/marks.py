@@ -1,4 +1,4 @@
-"""The parts and lines of a mechanism: bodies, joints, closures, base; and the colours of links."""
+"""Parts and lines of a mechanism: bodies, joints, closures, base; and colours of links."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .skeleton import PlacedClosure, PlacedJoint, Skeleton
 from .style import INK, LOOPS, QUIET
 from .symbols import Mark, closure_marks, inner_dots, joint_marks
 
-# Sizes of the base, in radii of a joint:
-_DISC_DISTANCE = 1.5  # from the joint down to the middle of the disc
+# Sizes of the base in radii of a joint:
+_DISC_DISTANCE = 1.5  # from the joint to the middle of the disc
 _DISC_HALF_THICKNESS = 0.3
 _DISC_RADIUS = 3.4
-_PLATE_RADIUS = 1.7  # of the balls around the corners of the plate
+_PLATE_RADIUS = 1.7  # radius of the plate's corners
 
 
 def solid_marks(
@@ -35,7 +35,7 @@ def solid_marks(
     Args:
         skeleton: the mechanism.
         groups: its joints as they are drawn.
-        attached: what its links carry.
+        attached: points and cylinders of its links.
         projection: of the picture.
         joint_radius: radius of a joint [m].
 
@@ -90,16 +90,16 @@ def base_marks(
     attached: Attached,
     joint_radius: float,
 ) -> list[Part]:
-    """The base of a spatial mechanism: a plate, or a disc where it carries one joint only.
+    """The base of a spatial mechanism: a plate, or a disc if it carries only one joint.
 
     Args:
         skeleton: the mechanism.
         groups: its joints as they are drawn.
-        attached: what the base carries.
+        attached: points and cylinders of the base.
         joint_radius: radius of a joint [m].
 
     Returns:
-        Its parts; none where it carries nothing.
+        Its parts; empty if it carries nothing.
     """
     base = skeleton.base
     points = distinct(attached.fixed, mechanism_size(skeleton))
@@ -112,7 +112,7 @@ def base_marks(
 
 
 def _base_disc(base: str, joint: Array, axis: Array, joint_radius: float) -> Part:
-    """A disc below the only joint (3,) [m] of a base, across its axis (3,)."""
+    """A disc below the only joint (3,) [m] of a base, normal to its axis (3,)."""
     below = joint - _DISC_DISTANCE * joint_radius * axis
     return Part(
         owner=f"link:{base}",
@@ -135,7 +135,7 @@ def _base_plate(base: str, corners: Array, joint_radius: float) -> Part:
 
 
 def _base_axis(base: str, groups: Sequence[JointGroup]) -> Array:
-    """The axis (3,) of the first joint on the base, turned upward; up where it is a slide."""
+    """The axis (3,) of the first joint on the base, pointing up; vertical for a slide."""
     joints = [group.first for group in groups if group.kind != "carrier"]
     on_base = [joint for joint in joints if joint.parent == base]
     if not on_base or on_base[0].type == "prismatic":
@@ -147,7 +147,7 @@ def _base_axis(base: str, groups: Sequence[JointGroup]) -> Array:
 
 
 def _normal(skeleton: Skeleton, closure: PlacedClosure) -> Array:
-    """The common axis (3,) of a planar loop's hinges; that of the closure where it has none."""
+    """The common axis (3,) of a planar loop's hinges; the closure's axis if it has no hinges."""
     for joint in skeleton.hinges:
         if joint.name in closure.joints:
             return joint.axis

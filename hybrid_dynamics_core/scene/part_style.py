@@ -16,7 +16,7 @@ IDLE: Final = SHADOW
 BALL: Final = "#8a97a5"
 _GROUND: Final = "#eef1f4"
 _BODIES: Final = ("plate", "bar", "rod", "barrel")  # in the colour of their link
-_SHADE: Final = 0.10  # of ink, on a plate that is seen edge-on
+_SHADE: Final = 0.10  # share of ink in the colour of a plate seen edge-on
 
 
 class PartStyle(NamedTuple):
@@ -28,13 +28,13 @@ class PartStyle(NamedTuple):
 
 
 def style_of(part: Part, colours: Mapping[str, str], active: bool, idle: bool = False) -> PartStyle:
-    """How a part is painted.
+    """Colours and line width of a part.
 
     Args:
         part: to be painted.
         colours: of links and closures.
         active: whether it belongs to a driven joint.
-        idle: whether it belongs to an independent joint that nobody drives.
+        idle: whether it belongs to an independent joint without a drive.
 
     Returns:
         Colours and line width.
@@ -63,7 +63,7 @@ def style_of(part: Part, colours: Mapping[str, str], active: bool, idle: bool = 
 
 
 def _body_style(role: PartRole, colour: str) -> PartStyle:
-    """The style of a link's body; the arm, in ink, is of steel."""
+    """The style of a link's body; the arm is in the colour of steel."""
     body, edge = pale(colour), deep(colour)
     barrel = mix(colour, WHITE, 0.35)
     if colour == INK:
@@ -77,7 +77,7 @@ def _body_style(role: PartRole, colour: str) -> PartStyle:
 
 
 def shaded(face: str, part: Part, projection: Projection) -> str:
-    """A face a little darker where a plate is turned away from the viewer."""
+    """The colour of a face, darker if a plate is turned away from the viewer."""
     if projection.planar or part.role != "plate":
         return face
     centred = part.points - part.points.mean(axis=0)

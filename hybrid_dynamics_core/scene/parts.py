@@ -1,4 +1,4 @@
-"""Solid parts of a drawing: a few points with a radius, whose outline is always convex."""
+"""Solid parts of a drawing: points with a radius, whose outline is convex."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ PartRole = Literal[
 ]
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 29)[:-1]
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
-_EDGE_ON = 0.05  # cosine to the viewer's direction below which a disc is seen from its edge
+_EDGE_ON = 0.05  # cosine to the viewer's direction below which a disc is seen edge-on
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A body around points: balls joined by their hull, or with `axis` discs across it.
+    """The convex hull of balls around points or, with `axis`, of discs normal to it.
 
     Attributes:
         owner: "link:NAME", "joint:NAME", "closure:NAME" or "base:NAME".
-        role: what it is.
+        role: its role in the picture.
         points: (k, 3) [m], base axes.
         radius: of balls and discs [m].
-        axis: (3,) unit vector across the discs; None: balls.
-        links: on which it sits.
+        axis: (3,) unit normal of the discs; None: balls.
+        links: names of the links that it is on.
     """
 
     owner: str
@@ -61,7 +61,7 @@ class Part:
         return convex_hull(corners.reshape(-1, 2))
 
     def cap(self, projection: Projection) -> Array | None:
-        """(m, 2) outline of the end that faces the viewer [m], None where none does."""
+        """(m, 2) outline of the end that faces the viewer [m]; None if there is none."""
         if self.axis is None or abs(self.axis @ projection.toward) < _EDGE_ON:
             return None
         nearest = int(np.argmax(projection.depth(self.points)))
@@ -69,18 +69,18 @@ class Part:
         return convex_hull(projection.project(rim))
 
     def depth(self, projection: Projection) -> float:
-        """How near its middle is to the viewer [m]."""
+        """Depth of its middle towards the viewer [m]."""
         return float(projection.depth(self.points).mean())
 
     def _disc(self) -> Array:
-        """(n, 3) points of the circle across the axis, about zero."""
+        """(n, 3) points of the circle about the origin, normal to the axis."""
         axis = UP if self.axis is None else self.axis
         circle = _CIRCLE @ np.stack(across_axis(axis))
         return self.radius * circle
 
 
 def across_axis(axis: Array) -> tuple[Array, Array]:
-    """Two unit vectors that make a right-handed frame with a unit axis as the third."""
+    """Two unit vectors (3,) that form a right-handed frame with a unit axis as the third."""
     least = int(np.argmin(np.abs(axis)))
     helper = np.eye(3)[least]
     across = np.cross(helper, axis)
@@ -89,12 +89,12 @@ def across_axis(axis: Array) -> tuple[Array, Array]:
 
 
 def axis_segment(middle: Array, axis: Array, half: float) -> Array:
-    """(2, 3) ends of a piece of an axis; `half` of its length lies on either side of its middle."""
+    """(2, 3) ends of a segment of an axis, each at the distance `half` from its middle."""
     return np.stack([middle - half * axis, middle + half * axis])
 
 
 def convex_hull(points: Array) -> Array:
-    """Corners (m, 2) of the hull of points (k, 2), counterclockwise; fewer than three stay."""
+    """Corners (m, 2) of the convex hull of points (k, 2), counterclockwise."""
     ordered = sorted({(float(x), float(y)) for x, y in points})
     if len(ordered) < 3:
         return np.array(ordered)
@@ -104,7 +104,7 @@ def convex_hull(points: Array) -> Array:
 
 
 def _hull_side(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """One side of the hull of ordered points, without its last point."""
+    """One side of the hull of sorted points, without its last point."""
     side: list[tuple[float, float]] = []
     for x, y in points:
         while len(side) > 1:

@@ -1,4 +1,4 @@
-"""Sets of points: what they span, their ends, the distinct ones."""
+"""Sets of points: dimension of their span, end points, distinct points."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from ..ground.arrays import Array
 
-COINCIDENT: Final = 1e-6  # of the size of the mechanism: points nearer than this are one
-FLAT: Final = 1e-5  # of the largest singular value: a smaller one spans no direction
-POINT: Final = 1e-12  # [m] largest singular value of points at one place
+COINCIDENT: Final = 1e-6  # share of the mechanism's size: points closer than this coincide
+FLAT: Final = 1e-5  # share of the largest singular value: a smaller one counts as zero
+POINT: Final = 1e-12  # [m] singular value below which points coincide
 
 
 def span_dimension(points: Array) -> int:
-    """Dimension of what points (k, 3) span: 0 one place, 1 a line, 2 a plane, 3 space."""
+    """Dimension of the affine span of points (k, 3): 0 a point, 1 a line, 2 a plane, 3 space."""
     if len(points) < 2:
         return 0
     centred = points - points.mean(axis=0)
@@ -27,7 +27,7 @@ def span_dimension(points: Array) -> int:
 
 
 def ends_of_line(points: Array) -> Array:
-    """(1 or 2, 3): the ends of points on a line."""
+    """(1 or 2, 3) the end points of collinear points."""
     if len(points) < 2:
         return points
     offsets = points - points[0]
@@ -39,7 +39,7 @@ def ends_of_line(points: Array) -> Array:
 
 
 def distinct(points: Sequence[Array], size: float) -> Array:
-    """(k, 3) points without those that are already there; `size` is that of the mechanism [m]."""
+    """(k, 3) points without duplicates; `size` is that of the mechanism [m]."""
     apart = COINCIDENT * size
     unique: list[Array] = []
     for point in points:

@@ -1,4 +1,4 @@
-"""The projection of a picture: a side view of a planar mechanism, else an oblique view."""
+"""The projection of a picture: a side view of a planar mechanism, or an oblique view."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 from ..ground.arrays import Array
 from .skeleton import PlacedJoint, Skeleton
 
-ALIGNED = 1e-6  # axes that differ less are parallel
+ALIGNED = 1e-6  # axes with a smaller difference are parallel
 UP = np.array([0.0, 0.0, 1.0])
 _AZIMUTHS = np.radians(np.arange(-90.0, 0.0, 5.0))
 _ELEVATIONS = np.radians([16.0, 20.0, 24.0, 28.0])
-# Azimuth and elevation that are taken where nothing speaks against them.
+# Default azimuth and elevation.
 _USUAL = np.radians([-55.0, 22.0])
-_TURN_COST = 0.3  # of a radian away from the usual view, against points that hide each other
-_CROWDED = 0.05  # of the size of the picture: points nearer than this hide each other
+_TURN_COST = 0.3  # cost per radian from the default view, against one per hidden point
+_CROWDED = 0.05  # share of the picture's size: points closer than this hide each other
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Projection:
     Attributes:
         right: (3,) unit vector to the right in the picture, base axes.
         up: (3,) unit vector up in the picture, base axes.
-        planar: whether all of the mechanism moves in one plane, which is the picture's.
+        planar: whether the mechanism moves in the plane of the picture only.
         names: of the two axes of a planar picture.
     """
 
@@ -43,11 +43,11 @@ class Projection:
         return np.cross(self.right, self.up)
 
     def project(self, points: ArrayLike) -> Array:
-        """(..., 3) -> (..., 2): where points appear in the picture [m]."""
+        """Project points (..., 3) to the picture (..., 2) [m]."""
         return np.asarray(points) @ np.stack([self.right, self.up], axis=1)
 
     def depth(self, points: ArrayLike) -> Array:
-        """(..., 3) -> (...): how near points are to the viewer [m]."""
+        """Depth (...) of points (..., 3) towards the viewer [m]."""
         return np.asarray(np.asarray(points) @ self.toward)
 
 
@@ -65,9 +65,8 @@ def choose_projection(skeleton: Skeleton) -> Projection:
 def find_plane(skeleton: Skeleton) -> Array | None:
     """Unit normal (3,) of the plane in which the mechanism moves, None for a spatial one.
 
-    In loops every revolute axis is along the normal. Outside of them an axis may also lie in the
-    plane, as that of a turning column or of a rolling gripper does. Prismatic axes lie in the
-    plane.
+    In loops every revolute axis is along the normal. Outside of loops an axis may also lie in the
+    plane, such as that of a column or a rolling gripper. Prismatic axes lie in the plane.
     """
     in_loops = skeleton.in_loops
     voters = [joint for joint in skeleton.hinges if joint.name in in_loops]
@@ -99,7 +98,7 @@ def _moves_in_plane(joint: PlacedJoint, normal: Array, in_loop: bool) -> bool:
 
 
 def _side(skeleton: Skeleton, normal: Array) -> Projection:
-    """The view along the normal of a planar mechanism; what it reaches for is to the right."""
+    """The view along the normal of a planar mechanism, with its end effector to the right."""
     level = abs(float(normal @ UP)) > 1.0 - ALIGNED
     up = np.array([0.0, 1.0, 0.0])
     if not level:
@@ -107,7 +106,7 @@ def _side(skeleton: Skeleton, normal: Array) -> Projection:
     up /= np.linalg.norm(up)
     right = np.cross(up, normal)
     ahead = np.ones(3)
-    if not level and _has_column(skeleton, normal):  # a turning arm points to the right
+    if not level and _has_column(skeleton, normal):  # an arm on a column points to the right
         tip = skeleton.tip.point
         if abs(tip @ right) >= ALIGNED:
             ahead = tip
@@ -136,10 +135,10 @@ def _axis_name(direction: Array) -> str:
 
 
 def _oblique(skeleton: Skeleton) -> Projection:
-    """The projection of several in which the fewest points hide each other."""
+    """The oblique projection, among several, in which the fewest points hide each other."""
     points = _samples(skeleton)
     size = np.linalg.norm(np.ptp(points, axis=0))
-    crowded = _CROWDED * (float(size) or 1.0)  # of one point nothing hides another
+    crowded = _CROWDED * (float(size) or 1.0)  # a single point has no size
     apart = _distances(points) > crowded
     best = _from_direction(*_USUAL)
     least = np.inf
@@ -156,7 +155,7 @@ def _oblique(skeleton: Skeleton) -> Projection:
 
 
 def _distances(points: Array) -> Array:
-    """(k, d) -> (k, k): distance of each point to each."""
+    """Distances (k, k) between points (k, d)."""
     return np.asarray(np.linalg.norm(points[:, None] - points[None], axis=2))
 
 
@@ -183,7 +182,7 @@ def _points_by_link(skeleton: Skeleton) -> dict[str, list[Array]]:
 
 
 def _from_direction(azimuth: float, elevation: float) -> Projection:
-    """The view from where two angles point [rad].
+    """The view from a direction of given azimuth and elevation [rad].
 
     At an azimuth of -90 degrees x is to the right, and y away from the viewer.
     """

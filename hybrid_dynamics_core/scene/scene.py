@@ -20,15 +20,15 @@ from .projection import Projection
 from .skeleton import PlacedJoint, Skeleton
 from .symbols import LineMark, triad
 
-_JOINT_RADIUS = 0.0125  # radius of a joint, of the size of the picture
-_UPRIGHT = 1.25  # by which the height of a picture counts for more than its width
-_SMALLEST = 0.1  # [m] size of the picture of a robot that is one point
-_TRIAD = 0.075  # length of the end effector's axes, of the size of the picture
+_JOINT_RADIUS = 0.0125  # radius of a joint, as a share of the picture's size
+_UPRIGHT = 1.25  # weight of a picture's height against its width
+_SMALLEST = 0.1  # [m] least size of a picture
+_TRIAD = 0.075  # length of the end effector's axes, as a share of the picture's size
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is painted.
+    """Everything to be painted.
 
     Attributes:
         skeleton: the mechanism.
@@ -38,7 +38,7 @@ class Scene:
         lines: axes, arrows and frames.
         colours: by link, and by closure under "closure:NAME".
         joint_radius: radius of a joint [m].
-        ground: (3,) each: where the base of a planar mechanism is held [m].
+        ground: places (3,) at which the base of a planar mechanism is fixed [m].
         reference: the scene of the reference configuration, unless this is it.
     """
 
@@ -54,7 +54,7 @@ class Scene:
 
     @property
     def standing(self) -> Scene:
-        """The scene that says where ground and floor are: the same in all of a robot's pictures."""
+        """The scene that defines ground and floor, the same in all pictures of a robot."""
         return self.reference or self
 
 
@@ -65,14 +65,14 @@ def build_scene(
     joint_radius: float | None = None,
     reference: Scene | None = None,
 ) -> Scene:
-    """Turn a skeleton into parts and lines.
+    """Build the scene of a skeleton.
 
     Args:
         description: of the robot.
         skeleton: the robot in one configuration.
         projection: of the picture.
-        joint_radius: radius of a joint [m]; None: such that it suits this picture.
-        reference: the scene of the reference configuration, unless this is it.
+        joint_radius: radius of a joint [m]; None: in proportion to this picture.
+        reference: the scene of the reference configuration; None if this is it.
 
     Returns:
         The scene.
@@ -128,7 +128,7 @@ def _drives(
     joint_radius: float,
     parts: Sequence[Part],
 ) -> list[LineMark]:
-    """An arrow for every active joint; arrows round one place get growing radii."""
+    """An arrow for every active joint; arrows around one place get increasing radii."""
     outlines = [Path(part.outline(projection)) for part in parts]
     arrows: list[LineMark] = []
     turned: list[Array] = []

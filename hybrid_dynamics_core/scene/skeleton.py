@@ -1,4 +1,4 @@
-"""Where joints, closures and frames of a closed mechanism are, in base axes."""
+"""Joints, closures and frames of a closed mechanism in base axes."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class PlacedJoint:
         type: revolute or prismatic.
         parent: link.
         child: link.
-        start: (3,) where the child's frame stands at zero [m].
-        point: (3,) where it stands now [m].
+        start: (3,) origin of the child's frame at zero [m].
+        point: (3,) origin of the child's frame in this configuration [m].
         axis: (3,) unit vector.
         limits: lower and upper [rad or m].
         reference: its value in the reference configuration [rad or m].
         active: whether it is driven.
-        idle: whether it is an independent coordinate that nobody drives.
+        idle: whether it is an independent coordinate without a drive.
     """
 
     name: str
@@ -51,11 +51,11 @@ class PlacedJoint:
 
     @property
     def displacement(self) -> float:
-        """How far a prismatic joint is out [m]."""
+        """Displacement of a prismatic joint from its zero [m]."""
         return float((self.point - self.start) @ self.axis)
 
     def flattened(self, normal: Array) -> PlacedJoint:
-        """The joint in a plane with a normal (3,)."""
+        """The joint projected onto a plane with a normal (3,)."""
         start = _in_plane(self.start, normal)
         return replace(self, start=start, point=_in_plane(self.point, normal))
 
@@ -66,11 +66,11 @@ class PlacedClosure:
 
     Attributes:
         name: of the closure.
-        kind: which equations it has.
-        links: that it joins.
+        kind: kind of its equations.
+        links: names of the links that it joins.
         points: its point (3,) on either link [m].
         axis: (3,) z axis of its frame.
-        joints: names of those in the loop that it closes.
+        joints: names of the joints in its loop.
     """
 
     name: str
@@ -82,11 +82,11 @@ class PlacedClosure:
 
     @property
     def point(self) -> Array:
-        """(3,) where it is drawn [m]."""
+        """(3,) place of its symbol [m]."""
         return 0.5 * (self.points[0] + self.points[1])
 
     def flattened(self, normal: Array) -> PlacedClosure:
-        """The closure in a plane with a normal (3,)."""
+        """The closure projected onto a plane with a normal (3,)."""
         first, second = self.points
         return replace(self, points=(_in_plane(first, normal), _in_plane(second, normal)))
 
@@ -101,7 +101,7 @@ class PlacedFrame:
     rotation: Array
 
     def flattened(self, normal: Array) -> PlacedFrame:
-        """The frame with its origin in a plane with a normal (3,)."""
+        """The frame with its origin projected onto a plane with a normal (3,)."""
         return replace(self, point=_in_plane(self.point, normal))
 
 
@@ -119,10 +119,10 @@ class Skeleton:
         closures: of the loops.
         frames: the end effector's first.
         arm: the links from the base to the end effector.
-        links: names of all, the base first.
+        links: names of all links, the base first.
         massless: links without mass.
-        in_rows: those between the joints that are one joint of several freedoms.
-        parts: names of frames that are links fixed to others.
+        in_rows: links inside the chains of joints of several freedoms.
+        parts: names of frames that stand for links fixed to others.
     """
 
     base: str
@@ -136,7 +136,7 @@ class Skeleton:
     in_rows: frozenset[str] = frozenset()
 
     def names_on(self, link: str) -> str:
-        """Names of the link and of what is a part of it."""
+        """Names of a link and of the links fixed to it."""
         frames = [frame.name for frame in self.frames if frame.link == link]
         fixed = [name for name in frames if name in self.parts]
         return ", ".join([link, *fixed])
@@ -168,10 +168,10 @@ class Skeleton:
         return frozenset(names)
 
     def flattened(self, normal: Array) -> Skeleton:
-        """The skeleton with every point moved into the plane through the base frame.
+        """The skeleton with every point projected onto the plane through the base frame.
 
         Args:
-            normal: (3,) unit vector, along which points are moved.
+            normal: (3,) unit normal of the plane.
 
         Returns:
             The skeleton in one plane.
@@ -185,7 +185,7 @@ class Skeleton:
 
 
 def place_skeleton(robot: Robot, state: ClosedState) -> Skeleton:
-    """Put a robot into a closed state.
+    """The skeleton of a robot in a closed state.
 
     Raises:
         InputError: for a batch, for NaN, and for another robot's state.

@@ -9,7 +9,7 @@ QUIET: Final = "#52606d"
 GRID: Final = "#d9dee3"
 SHADOW: Final = "#b8c2cc"
 STEEL: Final = "#dbe2e8"
-# After Okabe and Ito, and Tol: told apart by all kinds of sight.
+# Palettes of Okabe and Ito, and of Tol, for all kinds of colour vision.
 BLUE: Final = "#0072b2"
 RED: Final = "#d55e00"
 GREEN: Final = "#009e73"
@@ -19,7 +19,7 @@ SKY: Final = "#56b4e9"
 WINE: Final = "#882255"
 OLIVE: Final = "#999933"
 
-# RED stands for what is driven, PURPLE for the end effector.
+# RED marks driven joints, PURPLE the end effector.
 LOOPS: Final = (BLUE, GREEN, ORANGE, WINE, SKY, OLIVE)
 
 STYLE: Final[dict[Any, Any]] = {
@@ -55,7 +55,7 @@ PANES: Final[dict[Any, Any]] = {
 
 
 def mix(colour: str, other: str, share: float) -> str:
-    """A colour (#rrggbb) moved towards another one by a share in [0, 1]."""
+    """A colour (#rrggbb) mixed with a share in [0, 1] of another."""
     mixed = "#"
     for k in (1, 3, 5):
         start, end = int(colour[k : k + 2], 16), int(other[k : k + 2], 16)
@@ -64,10 +64,10 @@ def mix(colour: str, other: str, share: float) -> str:
 
 
 def pale(colour: str) -> str:
-    """The fill of a body whose edge has a colour."""
+    """The fill colour of a body of a given colour."""
     return mix(colour, "#ffffff", 0.68)
 
 
 def deep(colour: str) -> str:
-    """The edge of a body of a colour."""
+    """The edge colour of a body of a given colour."""
     return mix(colour, INK, 0.35)

@@ -17,7 +17,7 @@ from .skeleton import PlacedClosure, PlacedJoint
 
 LineRole = Literal["axis", "turn", "travel", "carrier", "triad", "base axes", "dot"]
 
-_FACING = 0.98  # cosine to the viewer's direction above which an axis is a point
+_FACING = 0.98  # cosine to the viewer's direction above which an axis is drawn as a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +25,8 @@ class LineMark:
     """A line beside the parts: an axis, an arrow, a coordinate without a body.
 
     Attributes:
-        owner: what it belongs to, such as "axis:NAME" or "drive:NAME".
-        role: what it is.
+        owner: the owner, such as "axis:NAME" or "drive:NAME".
+        role: its role in the picture.
         points: (k, 3) [m], base axes.
     """
 
@@ -48,7 +48,7 @@ def joint_marks(
 
     Args:
         group: the joints.
-        cylinder: that stands on their slide; None where there is none.
+        cylinder: the cylinder of their prismatic joint, or None.
         projection: of the picture.
         joint_radius: radius of a joint [m].
     """
@@ -72,12 +72,12 @@ def closure_marks(
     hinges: Sequence[Array],
     joint_radius: float,
 ) -> list[Mark]:
-    """Where a loop was cut: a pin, a spherical joint, a hinge or a weld.
+    """The symbol of a closure: a pin, a spherical joint, a hinge or a weld.
 
     Args:
-        closure: of the loop.
+        closure: the closure.
         normal: (3,) axis of the loop's hinges.
-        hinges: points of all hinges (3,) [m]; a pin at the same place is wider.
+        hinges: points (3,) of all hinges [m]; a pin at the place of a hinge is wider.
         joint_radius: radius of a joint [m].
 
     Returns:

@@ -1,4 +1,4 @@
-"""Motion in time from forces: integration in minimal coordinates, watched and recorded."""
+"""Simulation: integration in minimal coordinates, with events and a record of the motion."""
 
 from .events import Event
 from .integrate import simulate

@@ -1,4 +1,4 @@
-"""What a simulation watches for: ends of strokes, limits of joints, singular configurations."""
+"""Events of a simulation: ends of strokes, limits of joints, singular configurations."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ LIMIT, SINGULAR = "limit", "singular"
 
 @dataclass(frozen=True)
 class Event:
-    """Something met by a simulation.
+    """A limit or singularity that a simulation reached.
 
     Attributes:
-        time: when it was met [s].
+        time: time of the event [s].
         kind: "limit" or "singular".
-        name: of the coordinate or of the loop.
-        message: what was met, in a sentence.
+        name: name of the coordinate or of the loop.
+        message: description of the event, in a sentence.
     """
 
     time: float
@@ -43,25 +43,25 @@ class _Limit:
     unit: str
 
     def distance(self, s: Array) -> Array:
-        """From coordinates (..., n_s) to the limit, negative beyond it."""
+        """Distance (...) of coordinates s (..., n_s) to the limit, negative beyond it."""
         if self.is_upper:
             return self.value - s[..., self.index]
         return s[..., self.index] - self.value
 
     def speed(self, ds: Array) -> Array:
-        """The rate at which the limit comes nearer, from rates (..., n_s)."""
+        """Speed (...) towards the limit, from rates (..., n_s)."""
         if self.is_upper:
             return ds[..., self.index]
         return -ds[..., self.index]
 
 
 class Watch:
-    """Watches the states of one robot.
+    """Event functions of one robot's states.
 
     Events have an index: one for each limit, and the last one for the nearest singularity.
 
     Args:
-        robot: whose states are watched.
+        robot: the model.
         singular: distance to a singular configuration at which a simulation ends.
     """
 
@@ -70,7 +70,7 @@ class Watch:
         self._limits = _limits(robot)
 
     def check_start(self, state: ClosedState) -> None:
-        """Raise InputError where the start is beyond a limit or too near to a singular place."""
+        """Raise InputError if the start is beyond a limit, or too near to a singularity."""
         for limit in self._limits:
             if limit.distance(state.s) < 0.0:
                 side = "above" if limit.is_upper else "below"
@@ -85,7 +85,7 @@ class Watch:
             )
 
     def margins(self, state: ClosedState) -> Array:
-        """Distance to each event, zero or negative where it has come: (k,), of a batch (N, k)."""
+        """Distance to each event, negative after it: (k,), or (N, k) for a batch."""
         margins = np.empty((*state.u.shape[:-1], len(self._limits) + 1))
         for k, limit in enumerate(self._limits):
             margins[..., k] = limit.distance(state.s)
@@ -94,14 +94,14 @@ class Watch:
         return margins
 
     def speeds(self, state: ClosedState) -> Array:
-        """The rates at which the limits come nearer: (k - 1,), of a batch (N, k - 1)."""
+        """Speeds towards the limits: (k - 1,), or (N, k - 1) for a batch."""
         speeds = np.empty((*state.u.shape[:-1], len(self._limits)))
         for k, limit in enumerate(self._limits):
             speeds[..., k] = limit.speed(state.ds)
         return speeds
 
     def event(self, index: int, time: float, state: ClosedState) -> Event:
-        """The event with an index; `state` is the one just before it."""
+        """The event with a given index; `state` is the one just before it."""
         if index == len(self._limits):
             place = f"{state.singularity:.3g} (of at most 1) from a singular configuration"
             message = f"loop '{state.singular_loop}' came to {place}"

@@ -1,8 +1,8 @@
 """Integration of the equations of motion in minimal coordinates.
 
-The loops are closed at every step, so nothing drifts. The state integrated is (u, u', work). Work
-is the energy that tau and applied wrenches bring in and friction takes out. The energy of the robot
-less the work is therefore constant, but for the integrator's error.
+The loops are closed at every step, so there is no drift. The integrated state is (u, u', work).
+Work is the energy from tau and applied wrenches, minus the losses by friction. So the robot's
+energy minus the work is constant up to the integrator's error.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .step_bound import StepBound
 Efforts = Callable[[float, ClosedState], ArrayLike]  # (t [s], state) -> tau (n,)
 Span = tuple[float, float]  # start and end [s]
 MOST_SAMPLES = 10_000_000
-PLACES = 9  # in a step that are looked at, at least: one more than the degree of DOP853's output
+PLACES = 9  # least number of samples in a step: the degree of DOP853's output plus one
 
 
 def simulate(
@@ -44,26 +44,25 @@ def simulate(
     t_span: tuple[float, float] = (0.0, 10.0),
     settings: Settings | None = None,
 ) -> Simulation:
-    """The motion from active coordinates and rates, or from a ClosedState, under efforts tau.
+    """Simulate the motion from an initial state under efforts tau.
 
     Args:
         robot: the model, or its description.
         u: (n,) active coordinates [rad or m], or a ClosedState.
         du: (n,) active rates [rad/s or m/s]; zero if None.
-        tau: efforts [N m or N]: None (none), constant (n,), or a function of time [s] and
-            ClosedState that returns (n,). The function has to be without memory, unless
+        tau: efforts [N m or N]: None for zero, a constant (n,), or a function of time [s] and
+            ClosedState that returns (n,). The function must be free of memory, unless
             `settings.hold` is given: then it is called once a period, in order.
         t_span: start and end [s].
         settings: tolerances, sampling, and when to stop.
 
     Returns:
-        The recorded motion. It ends early where a limit or a singular configuration is met, see its
-        `events`.
+        The recorded motion. It ends early at a limit or singular configuration, see its `events`.
 
     Raises:
-        InputError: for bad arguments.
-        ClosureError: where the start does not close.
-        MassSingularityError: where the mass matrix is singular.
+        InputError: an argument is wrong.
+        ClosureError: the start does not close.
+        MassSingularityError: the mass matrix is singular.
     """
     robot = robot_of(robot)
     if settings is None:
@@ -83,7 +82,7 @@ def simulate(
 
 
 def _check_order(du: object, tau: object, t_span: object, settings: object) -> None:
-    """Say so where an argument is left out and the ones after it stand one place too early."""
+    """Raise a clear error if positional arguments are shifted because one was left out."""
     order = "simulate(robot, u, du, tau, t_span, settings)"
     if isinstance(t_span, Settings):
         raise InputError(f"t_span is of type Settings; the order is {order}: is `du` left out?")
@@ -103,7 +102,7 @@ class _Sample(NamedTuple):
 
 
 class _Run:
-    """One simulation under way."""
+    """A running simulation."""
 
     def __init__(
         self,
@@ -133,7 +132,7 @@ class _Run:
         self.done = False
 
     def integrate(self, progress: Progress) -> None:
-        """Integrate over the span, period by period where tau is held."""
+        """Integrate over the span; period by period if tau is held."""
         hold = self.settings.hold
         if hold is None:
             tau = self._evaluate_tau(self.span[0], self.anchor)
@@ -151,7 +150,7 @@ class _Run:
     def _integrate_period(self, begin: float, end: float, progress: Progress) -> None:
         solver = self._solver(begin, end)
         while solver.status == "running" and not self.done:
-            # what an integrator reads before each step; LSODA reads it at its start alone
+            # integrators read this before each step, LSODA only at its start
             solver.max_step = self.bound.longest(self.anchor)
             try:
                 problem = solver.step()
@@ -201,7 +200,7 @@ class _Run:
         return y[:n], y[n : 2 * n]
 
     def _state_for_tau(self, u: Array, du: Array) -> ClosedState:
-        """The state that a function of efforts is called with; any where tau is constant."""
+        """The state for the function of efforts; an arbitrary one if tau is constant."""
         if callable(self.tau):
             return self._near(u, du)
         return self.anchor
@@ -216,7 +215,7 @@ class _Run:
         return self.robot.close(u, du, check=False, near=self.anchor)
 
     def _step(self, begin: float, end: float, dense: DenseOutput) -> Step:
-        """What the integrator found, at enough places to see what happens between its ends."""
+        """The step's dense output, sampled densely enough to find events inside."""
 
         def at(t: float) -> ClosedState:
             return self._near(*self._split(dense(t)))
@@ -229,7 +228,7 @@ class _Run:
         return Step(times, self._near(y[:, :n], y[:, n : 2 * n]), at, dense)
 
     def _accept(self, step: Step) -> None:
-        """Take a step over: look for events in it, record its samples, go on from its end."""
+        """Accept a step: find its events, record its samples, and continue from its end."""
         begin = step.times[0]
         end = self._watch_step(step)
         within = (self.times > begin) & (self.times <= end)
@@ -245,7 +244,7 @@ class _Run:
         self.motion = self.robot.motion_near(self.anchor, self.settings.loads)
 
     def _recentre(self) -> bool:
-        """Go on in other charts of ball and free joints where one is near its end."""
+        """Change the charts of ball and free joints that are near their singularity."""
         if self.done or not self.robot.middle_turns:
             return False
         recentred = self.robot.recentred(self.anchor)
@@ -257,7 +256,7 @@ class _Run:
         return True
 
     def _watch_step(self, step: Step) -> float:
-        """Report the events of a step; its end, or the time of the event that stops it."""
+        """Record the events of a step; returns its end, or the time of the event that ends it."""
         ignored: list[int] = []
         while True:
             met = first_event(self.watch, step, ignored)
@@ -291,7 +290,7 @@ class _Run:
         self._stop(time, f"the integrator found no step on ({problem.rstrip('.')}); {near}")
 
     def result(self) -> Simulation:
-        """Everything recorded, closed again as a batch."""
+        """The recorded motion, with its states closed as a batch."""
         y = np.array([sample.y for sample in self.samples])
         state = self._closed_batch(y)
         tau = np.array(self.efforts)
@@ -327,7 +326,7 @@ class _Run:
 
 
 def _check_takes(tau: Efforts, state: ClosedState) -> None:
-    """Raise where a function of efforts does not take a time and a state."""
+    """Raise if a function of efforts does not take a time and a state."""
     try:
         inspect.signature(tau).bind(0.0, state)
     except TypeError as error:

@@ -1,4 +1,4 @@
-"""What a simulation recorded."""
+"""The record of a simulation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..ground.arrays import Array
 from .events import Event
 
 FORMAT = 3
-LEAST_SHARE = 1e-6  # share of a potential energy that is far above its rounding
+LEAST_SHARE = 1e-6  # least share of the potential energy as scale: far above rounding
 _FORMER = {"t": "time", "ddu": "acceleration", "tau": "effort"}  # names of arrays in format 2
 _HEAD_FIELDS = (
     "robot",
@@ -40,19 +40,19 @@ class Simulation:
 
     Attributes:
         robot: name of the robot.
-        names: of its active coordinates.
-        coordinates: names of all, in the order of state.s.
-        t: (N,) [s]; the last sample is where the simulation ended.
+        names: names of the active coordinates.
+        coordinates: names of all coordinates, in the order of state.s.
+        t: (N,) times [s]; the last one is the end of the simulation.
         state: ClosedState of all samples: s, ds, R, residuals, distances to singularities.
         ddu: (N, n) active accelerations [rad/s^2 or m/s^2].
         tau: (N, n) active efforts [N m or N].
-        energy: of all samples [J].
-        work: (N,) [J] brought in by tau and wrenches less friction, since the start.
-        events: what was met.
+        energy: energies of all samples [J].
+        work: (N,) work of tau and wrenches minus losses by friction, since the start [J].
+        events: limits and singularities that were reached.
         message: why the simulation ended.
         completed: whether the end of the time span was reached.
         steps: number of steps of the integrator.
-        evaluations: of the equations of motion by the integrator.
+        evaluations: number of evaluations of the equations of motion.
     """
 
     robot: str
@@ -82,16 +82,16 @@ class Simulation:
 
     @property
     def energy_error(self) -> Array:
-        """Energy less the work since the start (N,) [J], zero but for the integrator's error."""
+        """(N,) change of energy minus work since the start [J]: the integrator's error."""
         total = self.energy.total
         return np.asarray(total - total[0] - self.work)
 
     @property
     def relative_energy_error(self) -> float:
-        """Largest energy error, as a share of the energy that the motion has to do with.
+        """Largest energy error, relative to the energies in the motion.
 
-        That is the largest kinetic energy, energy of springs, change of potential energy and work,
-        together. At rest it is a millionth of the potential energy about the base origin.
+        The scale is the sum of the largest kinetic energy, spring energy, change of potential
+        energy and work. It is at least a millionth of the potential energy about the base origin.
         """
         worst = float(np.abs(self.energy_error).max())
         if not worst:
@@ -127,14 +127,14 @@ class Simulation:
         return tuple(columns), rows
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file, which appears when it is complete.
+        """Write to a file; it appears only when it is complete.
 
         Args:
-            path: .csv for the `table`, its names in the first line, SI units; .npz for everything,
-                which `load_simulation` reads.
+            path: .csv for the `table` in SI units, with names in the first line; .npz for all data,
+                as read by `load_simulation`.
 
         Raises:
-            InputError: for another ending.
+            InputError: the suffix is neither .csv nor .npz.
         """
         target = Path(path)
         writers = {".npz": self._write_npz, ".csv": self._write_csv}
@@ -184,7 +184,7 @@ class Simulation:
 
 
 def load_simulation(path: str | os.PathLike[str]) -> Simulation:
-    """Read what `Simulation.save` wrote as .npz.
+    """Read an .npz file of `Simulation.save`.
 
     Args:
         path: of the file.
@@ -193,7 +193,7 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
         The simulation.
 
     Raises:
-        InputError: for another file.
+        InputError: the file is no such file.
     """
     try:
         with np.load(path, allow_pickle=False) as file:

@@ -1,4 +1,4 @@
-"""The first event within a step of an integrator, wherever in the step it is."""
+"""Search for the first event within a step of an integrator."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from .events import Watch
 
-HALVINGS = 60  # of an interval, until a time is exact to rounding
+HALVINGS = 60  # of an interval until a time is exact to rounding
 
 StateAt = Callable[[float], ClosedState]  # the state at a time [s] within a step
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step of an integrator, looked at in so many places that no motion hides between them.
+    """One step of an integrator, sampled densely enough to find all events.
 
     Attributes:
         times: (N,) from start to end [s].
-        states: at these times, a batch of N; rows that do not close have their status.
-        at: the state at any time of the step.
-        dense: (u, u', work) at any time of the step.
+        states: states at these times, a batch of N; rows that do not close have a status.
+        at: function from a time in the step to the state.
+        dense: function from a time in the step to (u, u', work).
     """
 
     times: Array
@@ -38,18 +38,18 @@ def first_event(watch: Watch, step: Step, ignored: Sequence[int]) -> tuple[int, 
     """The first event in a step.
 
     Args:
-        watch: knows the events and their distances.
+        watch: event functions of the robot.
         step: the step.
-        ignored: indices of events that are not looked for.
+        ignored: indices of events to ignore.
 
     Returns:
-        The index of the event and the time just before it [s]; None where nothing is met.
+        The index of the event and the time just before it [s]; None if there is no event.
     """
     return _Search(watch, step).first(ignored)
 
 
 class _Search:
-    """Looks for the events of a step."""
+    """The search for events in one step."""
 
     def __init__(self, watch: Watch, step: Step) -> None:
         self._watch = watch
@@ -60,7 +60,7 @@ class _Search:
     def first(self, ignored: Sequence[int]) -> tuple[int, float] | None:
         met: list[tuple[float, int, float]] = []
         for index in range(self._margins.shape[1]):
-            # Zero is watched too: a state on a limit may leave it either way.
+            # Zero is included: a state on a limit may leave it in either direction.
             if index in ignored or self._margins[0, index] < 0.0:
                 continue
             interval = self._interval(index)
@@ -69,12 +69,13 @@ class _Search:
                 met.append((after, -index, before))
         if not met:
             return None
-        # Where the loops stop closing all come at once: then it is the last, the singularity.
+        # Where the loops stop closing all events coincide: then the last one counts, the
+        # singularity.
         _, index, before = min(met)
         return -index, before
 
     def _interval(self, index: int) -> tuple[float, float] | None:
-        """Times before and after an event comes for the first time; None where it does not."""
+        """Interval that brackets the first occurrence of an event; None if it does not occur."""
         margins, times = self._margins[:, index], self._step.times
         for k in range(1, len(times)):
             end = float(times[k])
@@ -87,7 +88,7 @@ class _Search:
         return None
 
     def _lowest(self, index: int, k: int) -> float | None:
-        """When the margin may be least between two places that are both good."""
+        """Time of a possible minimum of the margin between two samples with positive margin."""
         interval = (float(self._step.times[k - 1]), float(self._step.times[k]))
         if self._watch.is_limit(index):
             first, last = self._speeds[k - 1, index], self._speeds[k, index]
@@ -105,13 +106,13 @@ class _Search:
         return float(minimum.x)
 
     def _may_dip(self, index: int, k: int) -> bool:
-        """Whether a margin without a slope, going on as it comes and goes, can reach zero."""
+        """Whether a margin without derivative, extrapolated from both sides, could reach zero."""
         margins = self._margins[:, index]
         changes = np.abs(np.diff(margins[max(k - 2, 0) : k + 2]))
         return bool(min(margins[k - 1], margins[k]) < 2.0 * changes.max())
 
     def _turn(self, index: int, interval: tuple[float, float]) -> float:
-        """When a coordinate that set out for its limit turned back."""
+        """Time at which a coordinate that moved towards its limit turns back."""
 
         def has_turned(time: float) -> bool:
             return not self._watch.speeds(self._step.at(time))[index] > 0.0
@@ -127,7 +128,7 @@ class _Search:
 
 
 def bisected(low: float, high: float, true: Callable[[float], bool]) -> tuple[float, float]:
-    """The time at which `true` becomes so, as it is at `high`, and the one just before."""
+    """Bisect for the time at which `true` becomes true; returns the times just before and after."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         if not low < middle < high:

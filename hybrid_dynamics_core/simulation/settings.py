@@ -1,4 +1,4 @@
-"""How a simulation is run."""
+"""Settings of a simulation."""
 
 from __future__ import annotations
 
@@ -28,25 +28,24 @@ class Settings:
     """Settings of `simulate`.
 
     Attributes:
-        loads: what acts besides the actuators; None: what the description gives.
+        loads: loads besides the actuators; None: those of the description.
         method: integrator of SciPy. DOP853 and RK45 are for smooth motion. Radau, BDF and LSODA are
-            for stiff motion, as strong friction with little smoothing makes it.
+            for stiff motion, such as strong friction with little smoothing.
         rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step, in rad, m, and per second.
-        rate: samples recorded in a second of simulated time [Hz].
+        atol: absolute tolerance of a step [rad, m, rad/s, m/s, J].
+        rate: recorded samples per second of simulated time [Hz].
         hold: period of a digital controller [s]: tau is evaluated once a period and held. None: it
             is evaluated at every instant.
         max_step: longest step [s].
-        stop_at_limits: whether the simulation ends where a coordinate reaches its limit or a
-            cylinder the end of its stroke. Otherwise this is reported as an event and the motion
-            goes on: there is no model of the stop itself.
+        stop_at_limits: whether the simulation ends at a limit of a coordinate or the end of a
+            stroke. Otherwise an event is recorded and the motion continues. The stop itself is not
+            modelled.
         singular: distance to a singular configuration (`state.singularity`) at which the simulation
             ends.
-        progress: whether to show a line of progress. None: on a terminal, once a second has passed.
+        progress: whether to show a line of progress. None: on a terminal, after one second.
 
     Raises:
-        InputError: for an unknown method, numbers that are not above zero, and a wrench that
-            changes from row to row.
+        InputError: the method is unknown, a number is not above zero, or a wrench has rows.
     """
 
     loads: Loads | None = None
@@ -81,7 +80,7 @@ def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Start and end [s], the end after the start.
 
     Raises:
-        InputError: for other times.
+        InputError: the times are not finite or not ascending.
     """
     times = real_array("t_span", t_span)
     if times.shape != (2,):

@@ -1,4 +1,4 @@
-"""How far a step of an integrator may go: no angle so far that its whole turns are in doubt."""
+"""Bounds of integration steps, so that whole turns of angles stay unambiguous."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from ..robot.robot import Robot
 
-LONGEST = 1.0  # [rad] that an angle goes in a step, as far as its rate tells before
-ROOM = 0.5  # share of the way to where its chart is singular that a ball joint goes in a step
-SINGULAR_CHART = 0.5 * np.pi  # [rad] of the middle one of three turns
-DOUBT = 0.5 * np.pi  # [rad] off the prediction that the equations of motion follow loops by
-APART = 0.1  # [rad] between places of a step that are looked at
-MOST = 64  # places more than the least
+LONGEST = 1.0  # [rad] largest change of an angle in a step, predicted by its rate
+ROOM = 0.5  # largest move of a ball joint in a step, as a share of that to its singular chart
+SINGULAR_CHART = 0.5 * np.pi  # [rad] middle angle of a ball joint at which its chart is singular
+DOUBT = 0.5 * np.pi  # [rad] largest deviation from the prediction that loops are followed by
+APART = 0.1  # [rad] largest change of an angle between sampled places of a step
+MOST = 64  # largest number of additional places
 
 
 class StepBound:
-    """Bounds the steps of one simulation.
+    """Step bound of one simulation.
 
     Args:
-        robot: whose angles are looked at.
-        max_step: what the user allows [s].
+        robot: the model.
+        max_step: longest step allowed by the user [s].
     """
 
     def __init__(self, robot: Robot, max_step: float) -> None:
@@ -45,11 +45,11 @@ class StepBound:
         return float(allowed)
 
     def more_places(self, start: ClosedState, y: Array) -> int:
-        """How many more places of a step are looked at.
+        """Number of additional places at which a step is sampled.
 
         Args:
             start: state at the start of the step.
-            y: (u, u', work) at some places of the step (N, 2 n + 1).
+            y: (N, 2 n + 1) rows (u, u', work) at some places of the step.
         """
         n = len(start.u)
         moves = np.abs(np.diff(y[:, :n], axis=0)) @ np.abs(start.R[self._angles]).T
@@ -57,9 +57,9 @@ class StepBound:
         return int(min(way / APART, MOST)) if np.isfinite(way) else MOST
 
     def is_too_long(self, start: ClosedState, states: ClosedState) -> bool:
-        """Whether some angle of a step leaves the prediction from its start by a quarter turn.
+        """Whether an angle deviates by a quarter turn from the prediction at the start of a step.
 
-        Or a ball joint came to the end of its chart.
+        It is also true if a ball joint came too near to the singularity of its chart.
         """
         if (np.abs(states.s[:, self._middle_turns]) > SINGULAR_CHART).any():
             return True
@@ -68,9 +68,9 @@ class StepBound:
         return bool((np.nan_to_num(off) > DOUBT).any())
 
     def shorten(self, duration: float) -> None:
-        """Let the next step be half of one that was too long [s]."""
+        """Limit the next step to half of one that was too long [s]."""
         self._shortened = 0.5 * duration
 
     def relax(self) -> None:
-        """Let steps grow again after one that was good."""
+        """Let the limit grow again after an accepted step."""
         self._shortened *= 2.0

@@ -1,7 +1,7 @@
-"""Cells of a map: each holds its best sample, from which steps lead to samples for its neighbours.
+"""Cells of a map: each keeps its best sample, and new samples start from these.
 
-The idea is that of illumination by elites, Mouret and Clune 2015 (arXiv 1504.04909). A cell is
-filled only where a sample was closed within all limits: a map shows nothing that was not reached.
+This is MAP-Elites, Mouret and Clune 2015 (arXiv 1504.04909). A cell is filled only by a sample that
+closes within all limits.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from ...kinematics.workspace import Margins
 
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.int64]
-# (N,) values of samples, of which a cell holds the least; NaN for samples that do not count
+# (N,) values of samples; a cell keeps the smallest; NaN excludes a sample
 Score = Callable[[Margins], Array]
 Placement = Callable[[Margins], Array]  # (N, 2) where samples are on the map [m]
 
-_PATIENCE: Final = 20  # rounds without a better sample about a cell, before no more steps are taken
-_GAIN: Final = 5e-3  # of the range of values: a smaller gain is none
-_FINE, _COARSE = -3.5, -0.7  # powers of ten of the ranges: widths of the steps
-_NEAR: Final = 2  # cells: how far off the neighbours are along whose line a step goes
-_EDGE: Final = 0.06  # of a map: room about the first samples
-_ROOM: Final = 3.0  # [cells] more of that
+_PATIENCE: Final = 20  # rounds without improvement near a cell after which it stops
+_GAIN: Final = 5e-3  # least improvement, as a share of the range of values
+_FINE, _COARSE = -3.5, -0.7  # decimal exponents of step widths, as shares of the ranges
+_NEAR: Final = 2  # [cells] largest distance of neighbours for steps along their line
+_EDGE: Final = 0.06  # share of a map's width, as margin about the first samples
+_ROOM: Final = 3.0  # [cells] added to this margin
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Grid:
     Attributes:
         low: (2,) their corner [m].
         size: of a cell [m].
-        shape: how many there are in both directions.
+        shape: number of cells in both directions.
     """
 
     low: Array
@@ -46,7 +46,7 @@ class Grid:
 
     @classmethod
     def about(cls, points: Array, longer: float) -> Grid:
-        """Cells about points (N, 2) [m] with room beside them, `longer` over their longer side."""
+        """A grid around points (N, 2) [m] with a margin, with `longer` cells on the longer side."""
         span = np.maximum(np.ptp(points, axis=0), 1e-9)
         size = float(span.max() / longer)
         room = _EDGE * span + _ROOM * size
@@ -55,7 +55,7 @@ class Grid:
         return cls(points.min(axis=0) - room, size, (across, up))
 
     def finer(self, times: int) -> Grid:
-        """Every cell as `times` by `times` cells."""
+        """A grid with every cell divided into `times` by `times` cells."""
         across, up = self.shape
         return Grid(self.low, self.size / times, (across * times, up * times))
 
@@ -72,9 +72,9 @@ class Cells:
 
     Args:
         grid: of the cells.
-        placement: where samples are.
-        score: what makes a sample the best.
-        samples: the first ones.
+        placement: function from samples to their places on the map.
+        score: function from samples to values; the smallest is the best.
+        samples: the first samples.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Cells:
         self._score = score
         count = grid.shape[0] * grid.shape[1]
         self._best = np.full(count, np.inf)
-        self._rounds = np.zeros(count, dtype=np.int64)  # in which steps are still taken
+        self._rounds = np.zeros(count, dtype=np.int64)  # remaining rounds of each cell
         self._u = np.zeros((count, samples.u.shape[1]))
         values = score(samples)
         self._gain = _GAIN * float(np.ptp(values[np.isfinite(values)]))
@@ -97,13 +97,13 @@ class Cells:
 
     @property
     def values(self) -> Array:
-        """(shape) the least in every cell, NaN where none lies."""
+        """(shape) the smallest value in every cell; NaN in empty cells."""
         values = np.where(np.isfinite(self._best), self._best, np.nan)
         return values.reshape(self.grid.shape)
 
     @property
     def filled(self) -> Mask:
-        """(shape) which cells hold a sample."""
+        """(shape) mask of cells with a sample."""
         return np.asarray(np.isfinite(self._best).reshape(self.grid.shape))
 
     @property
@@ -112,7 +112,7 @@ class Cells:
         return np.asarray(self._u[np.isfinite(self._best)])
 
     def add(self, samples: Margins) -> None:
-        """Hold what is better than what a cell has."""
+        """Put samples into their cells where they are better."""
         values = self._score(samples)
         index = np.floor((self._placement(samples) - self.grid.low) / self.grid.size)
         within = ((index >= 0.0) & (index < self.grid.shape)).all(axis=1)
@@ -129,15 +129,15 @@ class Cells:
         self._u[cells] = samples.u[rows]
 
     def stop(self, which: Mask) -> None:
-        """Take no more steps from these cells (shape)."""
+        """Take no more steps from the cells of a mask (shape)."""
         self._rounds[which.ravel()] = 0
 
     def steps(self, box: Array, most: int, rng: np.random.Generator) -> Array:
         """New samples, one from each cell that is not stopped.
 
-        A third of the steps goes along the line through a neighbour's sample. A third goes into any
-        direction; some coordinates are held, so that what lies on a limit stays there. A third is
-        the sum of two such.
+        A third of the steps goes along the line through a neighbour's sample. A third goes in a
+        random direction, with some coordinates constant, so that samples can stay on limits. A
+        third is the sum of two such steps.
 
         Args:
             box: (n, 2) ranges of the samples [rad or m].
@@ -163,7 +163,7 @@ class Cells:
         return np.asarray(np.clip(moved, *box.T))
 
     def _beside(self, cells: Indices, rng: np.random.Generator) -> Indices:
-        """A filled cell near each of these, or itself."""
+        """For each cell, a filled cell near it, or the cell itself."""
         across, up = self.grid.shape
         offsets = rng.integers(-_NEAR, _NEAR + 1, (2, len(cells)))
         near = np.stack(np.divmod(cells, up)) + offsets

@@ -1,4 +1,4 @@
-"""What maps share: their colours, the key to these, title and line above."""
+"""Common parts of maps: colours, colour bar, title and subtitle."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from ...scene.style import QUIET
 from ..paint.layout import axes_at
 
 COLOURS: Final = mpl.colormaps["YlOrRd_r"]
-LEVELS: Final = np.linspace(0.0, 1.0, 81)  # so fine that no step is seen where values change slowly
+LEVELS: Final = np.linspace(0.0, 1.0, 81)  # so many that no steps are visible
 WORDS: Final = {
     "singularity": "distance to the nearest singularity of a loop (0 singular, 1 best)",
     "limits": "distance to the nearest limit of a joint (0 there, 1 mid-range)",
 }
 SIDES: Final = (0.76, 0.16)  # [in] left and right of a panel's axes
 _EDGE: Final = 0.16  # [in] left of the text
-_LOWEST: Final = 1e-6  # largest value of a map that is all zero but for rounding
-_SHORT: Final = 5.2  # [in] of the key, at least: its words have that length
+_LOWEST: Final = 1e-6  # a map with a smaller largest value is zero up to rounding
+_SHORT: Final = 5.2  # [in] least width of the colour bar, which is that of its text
 
 
 def head(figure: Figure, title: str, line: str) -> None:
-    """Title, and a line below it."""
+    """Write a title, and a subtitle below it."""
     width, height = figure.get_size_inches()
     left = _EDGE / width
     figure.text(
@@ -51,7 +51,7 @@ def head(figure: Figure, title: str, line: str) -> None:
 
 
 def top_of(values: Iterable[Array]) -> float:
-    """Where the colours end: the largest value, rounded up to one digit and a half, at most 1."""
+    """Upper end of the colour scale: the largest value, rounded up, at most 1."""
     largest = 0.0
     for each in values:
         finite = each[np.isfinite(each)]
@@ -69,13 +69,13 @@ def colour_bar(
     top: float,
     right: float,
 ) -> None:
-    """The key to the colours, at the bottom of a figure.
+    """Draw a colour bar at the bottom of a figure.
 
     Args:
-        figure: with maps.
-        text: what the colours stand for.
-        top: where they end; the text says so where that is below 1.
-        right: where the panels end [in].
+        figure: the figure with maps.
+        text: name of the quantity.
+        top: upper end of the scale; the text mentions it if it is below 1.
+        right: right edge of the panels [in].
     """
     if top != 1.0:
         text = f"{text.removesuffix(')')}; colours up to {top:.3g})"
@@ -96,15 +96,15 @@ def shade(
     top: float,
     order: float,
 ) -> None:
-    """Paint values in their colours.
+    """Paint values as colours.
 
-    They are an image within drawings of lines, which would grow heavy.
+    They are an image inside vector graphics, which keeps files small.
 
     Args:
         axes: to be painted on.
         middles: of the cells in both directions.
         values: (N, M) in [0, top].
-        top: where the colours end.
+        top: upper end of the colour scale.
         order: in which artists are painted.
     """
     areas = axes.contourf(

@@ -1,4 +1,4 @@
-"""From the samples of a workspace to maps without gaps and with a fine outline."""
+"""Maps from samples of a workspace, with further samples to close gaps and refine the outline."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from ...kinematics.workspace import Margins, Workspace, margins_at
 from ...robot.robot import Robot
 from .cells import Cells, Grid, Mask, Placement, Score
 
-_LONGER_SIDE: Final = (40, 240)  # cells over the longer side of a map: at least and at most
-_FINER: Final = 3  # cells of the outline's grid along the side of one cell of the map
-_SAMPLES_PER_CELL: Final = 5.0  # on average, over the square about a map
-_ROUND: Final = 20_000  # samples at most in one round
-_DEPTH: Final = 2  # cells of the outline's grid: no steps start deeper than that inside the filled
-_EDGE_WIDTH: Final = 2  # cells at the edge of a map in which the outline is searched
-# half the width, in cells of the outline's grid, of gaps that are taken as missed by chance
+_LONGER_SIDE: Final = (40, 240)  # least and largest number of cells on the longer side of a map
+_FINER: Final = 3  # outline cells per side of a map cell
+_SAMPLES_PER_CELL: Final = 5.0  # average over the bounding square of a map
+_ROUND: Final = 20_000  # largest number of samples in one round
+_DEPTH: Final = 2  # [outline cells] depth inside the filled region beyond which no steps start
+_EDGE_WIDTH: Final = 2  # [map cells] width of the edge region in which the outline is refined
+# [outline cells] half the width of gaps that count as sampling gaps
 _GAP_HALF_WIDTH: Final = 2
 
 
 @dataclass(frozen=True)
 class _Effort:
-    """Numbers of further samples, each as a multiple of the samples of the workspace.
+    """Budgets of samples, as multiples of the workspace's samples.
 
     Attributes:
-        cells: that the size of cells is made for.
-        colours: at most, for the colours.
-        outline: at most, for the outline.
+        cells: number of samples that the cell size is chosen for.
+        colours: largest number of further samples for colours.
+        outline: largest number of further samples for the outline.
     """
 
     cells: float
@@ -41,8 +41,8 @@ class _Effort:
 
 
 _DIRECT: Final = _Effort(8.0, 8.0, 8.0)
-# Loops that are followed are slow to close. The workspace's own samples show much of the colours,
-# less of the outline.
+# Loops closed by iteration are slow. The workspace's own samples suffice for most colours, but less
+# for the outline.
 _FOLLOWING: Final = _Effort(1.0, 0.4, 0.6)
 
 
@@ -52,9 +52,9 @@ class CellMap:
 
     Attributes:
         grid: the coarse cells.
-        values: of the coarse cells, NaN where nothing was reached.
+        values: (N, M) of the coarse cells; NaN in empty cells.
         outline: the fine cells.
-        inside: which of the fine cells were reached.
+        inside: mask of the fine cells that were reached.
     """
 
     grid: Grid
@@ -76,16 +76,16 @@ def filled_maps(
     placements: Sequence[Placement],
     score: Score,
 ) -> list[CellMap]:
-    """Maps of a workspace, with further samples beside those of the workspace.
+    """Maps of a workspace, with further samples in addition to its own.
 
-    Rounds end when no cell gets better, or with a number of samples in proportion to those of the
-    workspace. The same call gives the same maps.
+    Sampling ends when no cell improves, or at a budget in proportion to the workspace's samples.
+    The same call gives the same maps.
 
     Args:
         robot: of the workspace.
-        workspace: in which something is reachable.
-        placements: where samples are on each map.
-        score: of samples; a cell shows the least of its samples.
+        workspace: a workspace with reachable samples.
+        placements: for each map, the function from samples to places.
+        score: function from samples to values; a cell shows its smallest.
 
     Returns:
         A map for each placement.
@@ -142,9 +142,9 @@ class _Search:
 
         Args:
             maps: the coarse cells, filled.
-            cores: which fine cells are away from the edge: no steps start there.
-            before: samples that were taken for the coarse cells.
-            budget: samples at most.
+            cores: masks of fine cells away from the edge, where no steps start.
+            before: number of samples that were taken for the coarse cells.
+            budget: largest number of samples.
         """
         rims = self._cells([cells.grid.finer(_FINER) for cells in maps], _reachable_score)
         if before:
@@ -169,7 +169,7 @@ class _Search:
         before: int,
         budget: int,
     ) -> None:
-        """Take samples in rounds, until no cell takes steps or `budget` samples are taken."""
+        """Sample in rounds until all cells have stopped, or `budget` samples are taken."""
         taken = 0
         while taken < budget:
             most = min(_ROUND, budget - taken) // len(maps) + 1
@@ -186,18 +186,18 @@ class _Search:
 
 
 def _stop_inside(maps: Sequence[Cells], cores: Sequence[Mask]) -> None:
-    """Take no more steps from the cores, nor from cells deep inside where there are cores."""
+    """Stop steps from cores and, if there are cores, from cells deep inside."""
     for cells, core in zip(maps, cores, strict=True):
         deep = binary_erosion(cells.filled, iterations=_DEPTH)
         cells.stop(core | (deep & core.any()))
 
 
 def _core(filled: Mask) -> Mask:
-    """Which cells of the finer grid are away from the edge of the filled ones."""
+    """Mask of fine cells away from the edge of the filled region."""
     inner = binary_erosion(binary_closing(filled), iterations=_EDGE_WIDTH)
     return np.asarray(np.kron(inner, np.ones((_FINER, _FINER), dtype=np.bool_)))
 
 
 def _reachable_score(samples: Margins) -> Array:
-    """Zero for samples within all limits, NaN for others: only whether cells are reached counts."""
+    """Zero for samples within all limits, NaN for others, to find only what is reachable."""
     return np.where(samples.reachable, 0.0, np.nan)

@@ -28,10 +28,10 @@ from .cells import Mask
 from .colours import WORDS, colour_bar, head, shade, top_of
 
 _CELLS: Final = 240  # in each direction
-_BEYOND: Final = 0.08  # of the range: what is shown outside of it
+_BEYOND: Final = 0.08  # share of the range that is shown beyond each end
 _LINES: Final = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8)
-_NAMED: Final = 0.2  # lower lines crowd at the edge
-_CLEAR: Final = 0.03  # of what is shown: a line nearer to an end has no room for its level
+_NAMED: Final = 0.2  # least level with a label; lower lines are crowded at the edge
+_CLEAR: Final = 0.03  # share of the map: a line nearer to an end has no room for its label
 _SIZE: Final = (6.9, 6.0)  # [in] of the figure
 _BOX: Final = (0.8, 1.52, 5.9, 3.75)  # [in] of the axes
 _LIMIT: Final = "stroke end or limit"
@@ -59,9 +59,9 @@ def margin_figure(
 
     Args:
         robot: to be mapped.
-        pair: names of the two.
+        pair: names of the two coordinates.
         u: (n,) active coordinates at which the others stay [rad or m]; None: the reference.
-        colour: what colours stand for.
+        colour: quantity shown by colours.
         title: of the figure; None: the names of robot and coordinates.
 
     Returns:
@@ -102,7 +102,7 @@ def _grid_points(
     base: Array,
     lines: list[Array],
 ) -> Array:
-    """(N, n) active coordinates of all places of the map."""
+    """(N, n) active coordinates of all points of the map."""
     x, y = np.meshgrid(*lines)
     first, second = _columns(robot, pair)
     points = np.tile(base, (x.size, 1))
@@ -112,7 +112,7 @@ def _grid_points(
 
 
 def _ranges(robot: Robot, pair: Pair) -> tuple[Array, Array]:
-    """(2, 2) the ranges of both coordinates, and what is shown: a little more."""
+    """(2, 2) ranges of both coordinates, and the slightly wider ranges that are shown."""
     for name in pair:
         if name not in robot.active:
             hint = suggestion(name, robot.active)
@@ -135,7 +135,7 @@ def _paint_map(
     samples: Margins,
     colour: Colour,
 ) -> float:
-    """The map; where its colours end."""
+    """Paint the map; returns the upper end of its colour scale."""
     closed = _has_status(samples, SampleStatus.OK, SampleStatus.BEYOND)
     values = samples.singularity if colour == "singularity" else samples.limit
     clipped = np.clip(values.reshape(closed.shape), 0.0, 1.0)
@@ -159,12 +159,12 @@ def _paint_map(
 
 
 def _has_status(samples: Margins, *statuses: SampleStatus) -> Mask:
-    """Which places of the map have one of some statuses."""
+    """Mask of the points of the map that have one of some statuses."""
     return np.isin(samples.status, statuses).reshape(_CELLS, _CELLS)
 
 
 def _draw_levels(axes: Axes, lines: list[Array], height: Array) -> None:
-    """Lines of one value, with their values."""
+    """Draw contour lines with labels."""
     lowest, highest = np.nanmin(height), np.nanmax(height)
     levels = [level for level in _LINES if lowest < level < highest]
     if not levels:
@@ -181,10 +181,10 @@ def _draw_levels(axes: Axes, lines: list[Array], height: Array) -> None:
 
 
 def _name_levels(axes: Axes, drawn: ContourSet, lines: list[Array]) -> None:
-    """The level of each line, where it is farthest from the ends of the ranges."""
+    """Label each line at its point farthest from the ends of the ranges."""
     low = np.array([line[0] for line in lines])
     span = np.array([np.ptp(line) for line in lines])
-    # Of what is shown, which reaches beyond the ranges.
+    # As a share of the map, which reaches beyond the ranges.
     least = _CLEAR + _BEYOND / (1.0 + 2.0 * _BEYOND)
     for level, path in zip(drawn.levels, drawn.get_paths(), strict=True):
         places = np.asarray(path.vertices, dtype=float)
@@ -213,7 +213,7 @@ def _draw_ends(
     pair: Pair,
     ranges: Array,
 ) -> set[str]:
-    """Lines where ranges end; which kinds occur.
+    """Draw lines at the ends of ranges; returns the kinds that occur.
 
     Stroke ends and limits of the file are solid lines, toggle points of loops dashed ones.
     """
@@ -247,7 +247,7 @@ def _end_kind(robot: Robot, name: str, value: float) -> str:
 
 
 def _held(robot: Robot, pair: Pair, base: Array) -> str:
-    """The coordinates that stay, with their values."""
+    """The constant coordinates with their values, as text."""
     held = []
     for name, value in zip(robot.active, base, strict=True):
         if name not in pair:
@@ -265,7 +265,7 @@ def _key(
     kinds: set[str],
     dot: str,
 ) -> None:
-    """What lines and areas mean, of those that occur; `dot`: what the dot is."""
+    """Draw a legend of the lines and areas that occur; `dot` is the text for the dot."""
     entries: list[tuple[Any, str]] = []
     for kind, style in _STYLES.items():
         if kind in kinds:

@@ -23,25 +23,25 @@ from ..paint.layout import axes_at, framed
 from ..paint.picture import limits_of, make_scene, paint_scene
 
 _WIDTHS: Final = {1: 6.0, 2: 4.4, 3: 3.6, 4: 3.1}  # [in] of a panel, by their number in a row
-_NAMED: Final = 1.4  # times as wide where all names stand in it
+_NAMED: Final = 1.4  # factor of a panel's width if all names are shown
 _LINE: Final = 0.155  # [in] height of a line of a panel's title
-_LETTER: Final = 0.072  # [in] width of one, in bold
+_LETTER: Final = 0.072  # [in] width of a bold letter
 _SIDES: Final = (0.66, 0.1)  # [in] left and right of a panel's axes
-_GROWTH: Final = 1.8  # of marks, at most, where modes take more room than the reference alone
+_GROWTH: Final = 1.8  # largest scale of symbols if the modes need more room than the reference
 _SHAPES: Final = (0.5, 1.5)  # least and greatest height of a panel over its width
-_FIGURE_SHAPE: Final = 1.5  # width over height that suits a figure
+_FIGURE_SHAPE: Final = 1.5  # preferred ratio of width to height of a figure
 _EMPTY: Final = 0.4  # cost of an empty place in the last row
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Panels in rows, all of one size [in]."""
+    """Panels of one size in rows; lengths in inches."""
 
     columns: int
     rows: int
-    panel: float  # width
-    height: float  # of the axes
-    above: float  # the axes: the title
+    panel: float  # width of a panel
+    height: float  # height of the axes
+    above: float  # height of the title above the axes
     below: float
 
     @property
@@ -60,7 +60,7 @@ class _Layout:
         return self.columns * self.panel, self.rows * self.pitch
 
     def box(self, place: int, key: float) -> tuple[float, float, float, float]:
-        """Left, bottom, width and height of the axes at a place, above a key of some height."""
+        """Left, bottom, width and height of a panel's axes, above a legend of height `key`."""
         row, column = divmod(place, self.columns)
         left = column * self.panel + _SIDES[0]
         bottom = key + (self.rows - 1 - row) * self.pitch + self.below
@@ -75,12 +75,13 @@ def modes_figure(
     title: str | None,
     most: int,
 ) -> Figure:
-    """The first modes in one view and scale, each under its number and the names of what differs.
+    """The first modes in one view and scale, each with its number and the modes that differ.
 
     Args:
         robot: of the modes.
         modes: all of them.
-        marked: the branch of the robot's own mode; where it comes late, it takes the last place.
+        marked: the branch of the robot's own mode. If it is not among the first, it replaces the
+            last.
         names: which are shown.
         title: of the figure; None: the robot's name.
         most: number of modes that are drawn.
@@ -117,7 +118,7 @@ def _layout(
     texts: Sequence[str],
     planar: bool,
 ) -> _Layout:
-    """Panels of a width [in] and of axes of a height over width, with texts above them."""
+    """The layout for panels of a given width [in] and shape (height over width) with titles."""
     lines = max(text.count("\n") for text in texts)
     return _Layout(
         columns=columns,
@@ -136,7 +137,7 @@ def _entitle(axes: Axes, text: str, is_marked: bool) -> None:
 
 
 def _drawn(modes: Sequence[AssemblyMode], marked: Mapping[str, str], most: int) -> list[int]:
-    """Indices of the modes that are drawn."""
+    """Indices of the modes to draw."""
     drawn = list(range(min(most, len(modes))))
     late = [k for k in range(len(drawn), len(modes)) if modes[k].branch == marked]
     if late and drawn:
@@ -145,9 +146,9 @@ def _drawn(modes: Sequence[AssemblyMode], marked: Mapping[str, str], most: int) 
 
 
 def _scenes(robot: Robot, modes: Sequence[AssemblyMode]) -> tuple[list[Scene], Array]:
-    """The modes, and limits (2, 2) that hold all of them [m].
+    """Scenes of the modes, and limits (2, 2) [m] that contain all of them.
 
-    Marks have a size that suits these limits, not only the reference.
+    Symbols have a size that suits these limits.
     """
     reference = make_scene(robot, None)
     _, limits = _in_scale(robot, modes, reference)
@@ -160,14 +161,14 @@ def _scenes(robot: Robot, modes: Sequence[AssemblyMode]) -> tuple[list[Scene], A
 def _in_scale(
     robot: Robot, modes: Sequence[AssemblyMode], like: Scene
 ) -> tuple[list[Scene], Array]:
-    """The modes in the projection and sizes of a scene, and limits that hold all of them [m]."""
+    """Scenes of the modes like a given one, and limits (2, 2) [m] that contain all of them."""
     scenes = [make_scene(robot, mode.state, like) for mode in modes]
     boxes = np.array([limits_of(scene) for scene in scenes])
     return scenes, np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
 def _line(drawn: int, total: int) -> str:
-    """What is shown, and what the names above the panels are."""
+    """The subtitle: the number of modes, and an explanation of the names."""
     if total == 1:
         ways = "the one way"
     elif drawn == total:
@@ -181,7 +182,7 @@ def _line(drawn: int, total: int) -> str:
 
 
 def _columns(count: int, shape: float) -> int:
-    """Panels in a row, so that the figure has a shape that suits and few places stay empty."""
+    """The best number of panels in a row, for the figure's shape and few empty places."""
 
     def cost(columns: int) -> float:
         rows = math.ceil(count / columns)
@@ -198,7 +199,7 @@ def _text(
     marked: Mapping[str, str],
     letters: int,
 ) -> str:
-    """Number of a mode and the loops in which the modes differ, on lines of so many letters."""
+    """Number of a mode and its loops that differ, wrapped to lines of `letters`."""
     branch = modes[index].branch
     mark = " (the robot's own)" if branch == marked else ""
     lines = [f"mode {index + 1}{mark}"]
@@ -210,6 +211,6 @@ def _text(
 
 
 def _wrapped(text: str, letters: int) -> list[str]:
-    """A text in lines, which are broken behind a + between names, or behind a space."""
+    """A text wrapped after a + between names, or after a space."""
     lines = textwrap.wrap(text.replace("+", "+ "), letters, break_long_words=False)
     return [line.replace("+ ", "+") for line in lines]

@@ -1,4 +1,4 @@
-"""The planes on which a workspace is shown, and where samples lie on them."""
+"""The planes on which a workspace is shown, and the projection of samples onto them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FRONT = Projection(_X, UP, False, ("x [m]", "z [m]"))
 SIDE = Projection(_Y, UP, False, ("y [m]", "z [m]"))
 TOP = Projection(_X, _Y, False, ("x [m]", "y [m]"))
 
-Positions = Callable[[Margins], Array]  # (N, 3) of samples as they are shown [m], base axes
+Positions = Callable[[Margins], Array]  # from samples to shown positions (N, 3) [m], base axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +30,9 @@ class Plane:
     """A panel.
 
     Attributes:
-        title: what is shown.
+        title: title of the panel.
         scene: the robot in the projection of the panel.
-        positions: of samples as they are shown.
+        positions: function from samples to their shown positions.
     """
 
     title: str
@@ -45,11 +45,11 @@ class Plane:
         return self.scene.projection.names
 
     def points(self, samples: Margins) -> Array:
-        """(N, 2) where samples are on it [m]; NaN where a loop is open."""
+        """(N, 2) places of samples on the plane [m]; NaN where a loop is open."""
         return self.scene.projection.project(self.positions(samples))
 
     def box(self, points: Array) -> Array:
-        """(2, 2) smallest and largest of the scene and of points (N, 2), with a margin [m]."""
+        """(2, 2) bounding box of the scene and of points (N, 2), with a margin [m]."""
         scene = limits_of(self.scene)
         finite = points[np.isfinite(points).all(axis=1)]
         if not len(finite):
@@ -61,11 +61,10 @@ class Plane:
 
 
 def choose_planes(robot: Robot) -> list[Plane]:
-    """The plane of a planar robot, that of an arm on a turning column, else three views.
+    """The plane of a planar robot or of an arm on a column; for other robots three views.
 
-    Of a turning arm every sample is turned back into the plane of the reference: what is shown
-    holds for every angle of the column. Where the column does not turn all round, there is a view
-    from above too.
+    Samples of an arm on a column are turned back into the plane of the reference, so the map holds
+    for every column angle. If the column cannot make a full turn, a view from above is added.
     """
     skeleton = place_skeleton(robot, robot.close(robot.reference))
     projection = choose_projection(skeleton)
@@ -88,7 +87,7 @@ def choose_planes(robot: Robot) -> list[Plane]:
 
 
 def _view(projection: Projection) -> str:
-    """A view along a base axis, by its axes."""
+    """The title of a view along a base axis."""
     letters = "-".join(name.removesuffix(" [m]") for name in projection.names)
     away = -projection.toward
     k = int(np.argmax(np.abs(away)))
@@ -97,7 +96,7 @@ def _view(projection: Projection) -> str:
 
 
 def _axis_letters(projection: Projection) -> str:
-    """`, x-z` for a picture along two base axes, empty for others."""
+    """`, x-z` for a picture along two base axes; empty for others."""
     letters = [name.removesuffix(" [m]") for name in projection.names]
     if max(map(len, letters)) > 1:
         return ""
@@ -105,7 +104,7 @@ def _axis_letters(projection: Projection) -> str:
 
 
 def _turned_back(robot: Robot, column: PlacedJoint) -> Positions:
-    """Positions as they are with the column in its reference."""
+    """Positions with the column turned back to its reference."""
     k = robot.active.index(column.name)
 
     def positions(samples: Margins) -> Array:

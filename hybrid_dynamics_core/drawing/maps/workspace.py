@@ -1,4 +1,4 @@
-"""A workspace as a map: where the end effector can be, coloured by distances to singularities."""
+"""A map of a workspace: reachable places of the end effector, coloured by distances."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .colours import COLOURS, SIDES, WORDS, colour_bar, head, shade, top_of
 from .interpolate import CellMap, filled_maps
 from .planes import Plane, choose_planes
 
-# What is shown of all that lies behind a point of the map.
+# Text for the value at a point of the map, of all samples projected onto it.
 _BEHIND: Final = {"singularity": "least", "limits": "largest"}
 _LETTER_GROUND: Final = {
     "boxstyle": "round,pad=0.1",
@@ -35,16 +35,16 @@ _LETTER_GROUND: Final = {
     "alpha": 0.7,
     "edgecolor": "none",
 }
-_SOFT: Final = 0.8  # [cells] over which values and outline are smoothed
-# [cells] outside of the filled ones that get colours, which the outline cuts off
+_SOFT: Final = 0.8  # [cells] width of smoothing of values and outline
+# [cells] margin that is coloured too, and then clipped by the outline
 _BEYOND: Final = 4.0
-_HEIGHTS: Final = {1: 4.8, 2: 4.0, 3: 3.6}  # [in] of the panels' axes, at most, by their number
-_WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] of the figure, at most
-_FLAT: Final = 1e-9  # [m] extent across the plane of a planar mechanism, but for rounding
-_THIN: Final = 1e-6  # width of a line, of its length
-_LEAST: Final = 6.4  # [in] of the figure
-_LETTERS: Final = 108  # of a line below the title
-# [in] below and above the axes, of the key, of the title, of a further line below it
+_HEIGHTS: Final = {1: 4.8, 2: 4.0, 3: 3.6}  # [in] largest height of axes, by the number of panels
+_WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] largest width, by the number of panels
+_FLAT: Final = 1e-9  # [m] extent normal to the plane that is rounding
+_THIN: Final = 1e-6  # ratio of width to length below which a region is a line
+_LEAST: Final = 6.4  # [in] least width of the figure
+_LETTERS: Final = 108  # per line of the subtitle
+# [in] heights: below the axes, above them, of the colour bar, of the title, of a further line
 _BELOW, _ABOVE, _BAR, _HEAD, _LINE = 0.5, 0.3, 0.72, 0.56, 0.15
 
 
@@ -57,7 +57,7 @@ class SampledPath:
 
 
 def values_of(samples: Margins, colour: Colour) -> Array:
-    """(N,) what colours the samples, in [0, 1]; NaN where they are not reachable."""
+    """(N,) values of samples for their colours, in [0, 1]; NaN if not reachable."""
     values = samples.singularity if colour == "singularity" else samples.limit
     return np.where(samples.reachable, np.clip(values, 0.0, 1.0), np.nan)
 
@@ -68,7 +68,7 @@ def workspace_figure(
     colour: Colour,
     title: str | None,
 ) -> Figure:
-    """One panel a plane, in one scale, with the robot in its reference configuration on top.
+    """One panel for each plane, in one scale, with the robot at its reference on top.
 
     Args:
         robot: of the workspace.
@@ -107,7 +107,7 @@ def workspace_figure(
 
 
 def _scale(sizes: Array) -> float:
-    """Scale of panels whose boxes have sizes (k, 2) [m], such that they fit [in/m]."""
+    """The scale [in/m] at which boxes of sizes (k, 2) [m] fit into their panels."""
     count = len(sizes)
     width = _WIDTHS[count] - count * sum(SIDES)
     tallest, total = float(sizes[:, 1].max()), float(sizes[:, 0].sum())
@@ -115,7 +115,7 @@ def _scale(sizes: Array) -> float:
 
 
 def _line(workspace: Workspace) -> str:
-    """How far the workspace reaches, and how much of it is reachable."""
+    """The subtitle: the reach, and the share of reachable samples."""
     if not workspace.samples.reachable.any():
         return "nothing can be reached"
     spans = []
@@ -145,7 +145,7 @@ def _contents(
     planes: Sequence[Plane],
     colour: Colour,
 ) -> Sequence[SampledPath | CellMap]:
-    """What each plane shows: a map, or a path where one joint is active or all seen edge-on."""
+    """The content of each plane: a map, or a path for one active joint or a view edge-on."""
     if len(robot.active) == 1 or not workspace.samples.reachable.any():
         samples = workspace.samples.first(workspace.spread)
         return [_path(plane, samples, colour) for plane in planes]
@@ -170,14 +170,14 @@ def _contents(
 
 
 def _is_edge_on(plane: Plane, samples: Margins) -> bool:
-    """Whether all that is reachable is a line in a plane, as where a joint is held."""
+    """Whether all reachable samples project onto a line."""
     points = plane.points(samples)[samples.reachable]
     extent = np.ptp(points, axis=0)
     return bool(extent.min() <= _THIN * extent.max())
 
 
 def _edge(plane: Plane, samples: Margins, colour: Colour) -> SampledPath:
-    """What is seen edge-on: the reachable places in order."""
+    """The reachable places on a line, in order."""
     reachable = np.flatnonzero(samples.reachable)
     points = plane.points(samples)[reachable]
     along = int(np.argmax(np.ptp(points, axis=0)))
@@ -223,7 +223,7 @@ def _panel(
 
 
 def _paint_path(axes: Axes, path: SampledPath, top: float) -> None:
-    """The path as a line in the colours of its values, with gaps where nothing is reachable."""
+    """Paint a path as a line coloured by its values, with gaps where it is not reachable."""
     segments = np.stack([path.places[:-1], path.places[1:]], axis=1)
     values = (path.values[:-1] + path.values[1:]) / 2.0
     drawn = np.isfinite(values) & np.isfinite(segments).all(axis=(1, 2))
@@ -248,7 +248,7 @@ def _paint_path(axes: Axes, path: SampledPath, top: float) -> None:
 
 
 def _paint_map(axes: Axes, content: CellMap, top: float) -> None:
-    """Filled contours, cut off along the outline."""
+    """Paint filled contours, clipped by the outline."""
     values = np.clip(_extended(_smoothed(content.values)), 0.0, top)
     shade(axes, content.grid.middles, values.T, top, 0.6)
     inside = gaussian_filter(content.inside.astype(float), _SOFT).T
@@ -273,7 +273,7 @@ def _paint_map(axes: Axes, content: CellMap, top: float) -> None:
 
 
 def _smoothed(values: Array) -> Array:
-    """Values of cells smoothed over their neighbours, NaN where there are none."""
+    """Values smoothed over neighbouring cells; NaN where there are none."""
     filled = np.isfinite(values)
     weight = np.maximum(gaussian_filter(filled.astype(float), _SOFT), 1e-9)
     total = gaussian_filter(np.where(filled, values, 0.0), _SOFT)
@@ -281,6 +281,6 @@ def _smoothed(values: Array) -> Array:
 
 
 def _extended(values: Array) -> Array:
-    """Values carried a few cells beyond the edge, so that contours do not end before it."""
+    """Values extended a few cells beyond the edge, so that contours reach the outline."""
     distance, (i, k) = distance_transform_edt(~np.isfinite(values), return_indices=True)
     return np.where(distance <= _BEYOND, values[i, k], np.nan)

@@ -1,4 +1,4 @@
-"""What stands behind a planar mechanism: the ground that holds it, and its loops as areas."""
+"""The background of a planar mechanism: the ground, and its loops as areas."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from ...scene.scene import Scene
 from ...scene.skeleton import PlacedClosure, PlacedJoint
 from ...scene.style import INK, STEEL
 
-# In radii of a joint:
+# Lengths in radii of a joint:
 _PIVOT_DROP: Final = 3.0  # from a pivot to the ground below its stand
 _HINGE_DROP: Final = 1.3  # from another hinge
-_DROP: Final = 0.5  # from anything else
+_DROP: Final = 0.5  # from any other place
 _THICKNESS: Final = 1.1  # of the ground
 _HALF_WIDTH: Final = 3.6  # of the ground
 _STAND: Final = 1.8  # half width of a pivot's stand
 
 
 def ground_outlines(scene: Scene) -> list[Array]:
-    """Outlines of the ground in a picture, one for each place of the base that it holds.
+    """Outlines of the ground in a picture, one for each fixed place of the base.
 
     Returns:
-        (5, 2) each [m], from the place that is held round.
+        (5, 2) each [m], starting at the fixed place.
     """
     return [_ground_outline(scene, point) for point in scene.ground]
 
@@ -45,7 +45,7 @@ def _ground_outline(scene: Scene, point: Array) -> Array:
 
 
 def _drop(scene: Scene, point: Array) -> float:
-    """From a place of the base to the ground below it, in radii of a joint."""
+    """Height of a place of the base above the ground, in radii of a joint."""
     if _is_pivot(scene, point):
         return _PIVOT_DROP
     if _hinge_axes(scene, point):
@@ -54,7 +54,7 @@ def _drop(scene: Scene, point: Array) -> float:
 
 
 def draw_ground(axes: Axes, scene: Scene) -> None:
-    """Hatched ground at every place where the base of a planar mechanism is held."""
+    """Draw hatched ground at every fixed place of a planar mechanism's base."""
     owner = f"link:{scene.skeleton.base}"
     for k, point in enumerate(scene.ground):
         gid = owner if k == 0 else f"{owner}.{k + 1}"
@@ -107,13 +107,13 @@ def _hinge_axes(scene: Scene, point: Array) -> list[Array]:
 
 
 def _is_pivot(scene: Scene, point: Array) -> bool:
-    """Whether a hinge with its axis towards the viewer stands here."""
+    """Whether a hinge with its axis towards the viewer is at this place of the base."""
     toward = scene.projection.toward
     return any(abs(axis @ toward) > 0.5 for axis in _hinge_axes(scene, point))
 
 
 def _rises(scene: Scene, point: Array) -> bool:
-    """Whether the mechanism stands on a place of its base, and does not hang, in its reference."""
+    """Whether the mechanism is above a place of its base, and not below it, at its reference."""
     skeleton = scene.standing.skeleton
     project = scene.projection.project
     height = project(point)[1]
@@ -127,7 +127,7 @@ def _rises(scene: Scene, point: Array) -> bool:
 
 
 def draw_loops(axes: Axes, scene: Scene) -> None:
-    """The area inside each loop of a planar mechanism in the loop's colour, very pale."""
+    """Fill the area of each loop of a planar mechanism with a pale tone of its colour."""
     for closure in scene.skeleton.closures:
         corners = _loop_corners(scene, closure)
         if len(corners) > 2:
@@ -144,7 +144,7 @@ def draw_loops(axes: Axes, scene: Scene) -> None:
 
 
 def _loop_corners(scene: Scene, closure: PlacedClosure) -> Array:
-    """Corners (k, 2) of a loop: its hinges from one side of the cut round to the other."""
+    """Corners (k, 2) of a loop: its hinges from one side of the cut to the other."""
     by_child = {joint.child: joint for joint in scene.skeleton.joints}
     first, second = (_hinges_down(by_child, closure, link) for link in closure.links)
     return scene.projection.project(np.array([closure.point, *first, *second[::-1]]))

@@ -16,8 +16,8 @@ from ...scene.symbols import LineMark, triad
 _FLOOR = "#f7f8fa"
 _SHADE = "#e2e7ec"
 _BODIES = ("plate", "bar", "rod", "barrel", "base")
-_TILES = 6.0  # over the longer side of the mechanism
-_ROOM = 0.3  # of a tile, at least, beside the mechanism
+_TILES = 6.0  # number along the longer side of the mechanism
+_ROOM = 0.3  # least margin beside the mechanism, in tiles
 _AXES = 4.6  # length of the base axes, in radii of a joint
 
 
@@ -31,9 +31,9 @@ def tile_side(scene: Scene) -> float:
 
 
 def floor_corners(scene: Scene) -> Array:
-    """(4, 3) corners of the floor [m], a number of tiles wide.
+    """(4, 3) corners of the floor [m], an integer number of tiles apart.
 
-    It is at the lowest point of the mechanism in its reference.
+    The floor is at the lowest point of the mechanism at its reference.
     """
     standing = _points(scene.standing)
     tile = tile_side(scene)
@@ -52,7 +52,7 @@ def _has_base(scene: Scene) -> bool:
 
 
 def base_axes(scene: Scene) -> list[LineMark]:
-    """Arrows along the axes of the base, on the floor's corner that is farthest to the left."""
+    """Arrows along the base axes, at the leftmost corner of the floor."""
     corners = floor_corners(scene)
     across = scene.projection.project(corners)[:, 0]
     place = corners[int(np.argmin(across))]
@@ -61,7 +61,7 @@ def base_axes(scene: Scene) -> list[LineMark]:
 
 
 def draw_floor(axes: Axes, scene: Scene) -> None:
-    """Tiles, shadows of the bodies, and what the side of a tile is."""
+    """Draw tiles, shadows of the bodies, and the side length of a tile."""
     project = scene.projection.project
     corners = floor_corners(scene)
     flat = project(corners)

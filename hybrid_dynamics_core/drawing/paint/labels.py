@@ -1,4 +1,4 @@
-"""Names beside what they name: each label takes the free place nearest to its anchor."""
+"""Placement of labels: each takes the free place nearest to its anchor."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 
 from ...ground.arrays import Array
 
-_CELL = 3.0  # [px] of the grid that remembers what is covered
+_CELL = 3.0  # [px] cell of the occupancy grid
 _DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
-_DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyond the symbol
-_EDGE = 2.0  # weight of an outline: a line through a name is worse than a ground behind it
-_UNDER = 0.5  # that of an outline under a name on a ground of its own, which hides it
-_ABOVE = 0.2  # of the cost: what a place above is better than one beside
-# [pt] around a name that stands on a ground of its own, and around one that does not
+_DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] from the symbol
+_EDGE = 2.0  # weight of an outline; a line through a name is worse than a filled area behind it
+_UNDER = 0.5  # weight of an outline under a name with a background of its own
+_ABOVE = 0.2  # discount of the cost of a place above the anchor
+# [pt] padding of a name with a background of its own, and of one without
 _PILL, _AIR = 2.5, 2.0
-_CROSSED = 0.05  # weight of what lies between a name and what it names
-_BODY = 3.0  # of that, more than of what is named itself: something stands between
-_PARTED = 6.0  # weight of a body that parts a name from what it names
-_ASTRAY = 0.3  # weight of how much nearer a name is to what another one names [1/pt]
+_CROSSED = 0.05  # weight of objects between a name and its anchor
+_BODY = 3.0  # threshold of this cost above which a body is in between
+_PARTED = 6.0  # weight of a body between a name and its anchor
+_ASTRAY = 0.3  # [1/pt] weight of the distance by which a name is nearer to another anchor
 _NEAR, _FAR = 0.05, 3e-4  # weights of the distance [1/pt, 1/pt^2]
-_LINE = 10.0  # weight of a leader: names do not stand on it, and other leaders go another way
+_LINE = 10.0  # weight of a leader line, which names and other leaders avoid
 _NAME = 60.0  # weight of a name
-_LEADER = 11.0  # [pt] a label farther away than this gets a line
+_LEADER = 11.0  # [pt] a label farther away than this gets a leader line
 
 CellIndex = tuple[NDArray[np.int64], NDArray[np.int64]]  # rows and columns
 
@@ -39,13 +39,13 @@ class Label:
     """A text for a point of the drawing.
 
     Attributes:
-        text: what is written.
+        text: the text.
         at: (2,) the point, in data units.
         clear: radius of the symbol around the point, in data units.
-        style: of Matplotlib's annotation.
-        gid: of the text in the file.
-        colour: of a line that leads to the point.
-        inside: whether the text may stand on the point itself.
+        style: keywords of Matplotlib's annotation.
+        gid: id of the text in the file.
+        colour: colour of the leader line.
+        inside: whether the text may cover the point itself.
     """
 
     text: str
@@ -59,11 +59,11 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class TextBox:
-    """Where a label has to go: around an anchor (2,), with a text of half a size (2,) [px].
+    """Anchor and size of a label to place.
 
     Attributes:
         anchor: (2,) the point [px].
-        half: (2,) half of the text's width and height, with air around it [px].
+        half: (2,) half of the text's width and height, with padding [px].
         clear: radius of the symbol around the point [px].
         edge: weight of an outline under the text.
     """
@@ -74,21 +74,21 @@ class TextBox:
     edge: float
 
     def beside(self, direction: float, distance: float) -> Array:
-        """(2,) centre of the text in a direction [rad], at a distance from the symbol [px].
+        """(2,) centre [px] of a text at a distance [px] from the symbol, in a direction [rad].
 
-        The edge of the text slides along the circle around the symbol.
+        The text's box touches a circle around the symbol.
         """
         way = np.array([np.cos(direction), np.sin(direction)])
         room = self.clear + distance + self.half
         return np.asarray(self.anchor + room * way / np.abs(way).max())
 
     def distance(self, centre: Array, point: Array) -> float:
-        """How far the text at a centre is from a point (2,) [px]."""
+        """Distance of a text with a given centre from a point (2,) [px]."""
         outside = np.maximum(np.abs(centre - point) - self.half, 0.0)
         return float(np.linalg.norm(outside))
 
     def leader(self, centre: Array) -> Array:
-        """(2, 2) ends of a line from the symbol to the text at a centre [px]."""
+        """(2, 2) ends of a leader from the symbol to a text with a given centre [px]."""
         way = (centre - self.anchor) / np.linalg.norm(centre - self.anchor)
         reach = float(np.min(self.half / np.maximum(np.abs(way), 1e-9)))
         return np.array([self.anchor + 0.6 * self.clear * way, centre - reach * way])
@@ -99,7 +99,7 @@ class Labeller:
 
     Args:
         axes: to be labelled.
-        covered: (m, 2) outlines of what is painted, in data units, each with a weight.
+        covered: outlines (m, 2) of painted objects in data units, each with a weight.
     """
 
     def __init__(self, axes: Axes, covered: Sequence[tuple[Array, float]]) -> None:
@@ -113,7 +113,7 @@ class Labeller:
             self._cover(self._cells(outline), weight)
 
     def place(self, labels: Sequence[Label]) -> None:
-        """Put labels one after another, the important ones first."""
+        """Place labels in order; pass the important ones first."""
         if not labels:
             return
         anchors = self.axes.transData.transform([label.at for label in labels])
@@ -125,7 +125,7 @@ class Labeller:
         return np.asarray((pixels - self.origin) / _CELL)
 
     def _cover(self, outline: Array, weight: float) -> None:
-        """Remember what an outline (m, 2) in cells covers."""
+        """Mark the cells on an outline (m, 2) [cells] as covered."""
         if len(outline) > 2:
             self._cover_inside(outline, weight)
         for ends in zip(outline, np.roll(outline, -1, axis=0), strict=True):
@@ -142,7 +142,7 @@ class Labeller:
         cells[inside] = np.maximum(cells[inside], weight)
 
     def _place(self, label: Label, others: Array) -> None:
-        """Put one label, nearer to its point than to those of others (k, 2) [px]."""
+        """Place one label nearer to its point than to other points (k, 2) [px]."""
         text = self.axes.annotate(
             label.text,
             (float(label.at[0]), float(label.at[1])),
@@ -175,9 +175,9 @@ class Labeller:
         return TextBox(anchor, half, float(np.linalg.norm(rim - anchor)), edge)
 
     def _best_place(self, box: TextBox, inside: bool, others: Array) -> tuple[Array, bool]:
-        """Centre of the free place nearest to the anchor, and whether a line leads there.
+        """Centre of the free place nearest to the anchor, and whether it needs a leader.
 
-        A line leads to what is far away, or behind a body.
+        Places that are far away, or behind a body, need one.
         """
         best, needs_leader = box.anchor, False
         least = self._cost(box, box.anchor) - _ABOVE if inside else np.inf
@@ -199,7 +199,7 @@ class Labeller:
         return best, needs_leader
 
     def _astray(self, box: TextBox, centre: Array, others: Array) -> float:
-        """How much nearer a text is to the point of another one than to its own [pt]."""
+        """By how much a text is nearer to another point than to its own [pt]."""
         if not len(others):
             return 0.0
         nearest = min(box.distance(centre, other) for other in others)
@@ -207,7 +207,7 @@ class Labeller:
         return max(distance - nearest, 0.0) / self.point
 
     def _crossed(self, box: TextBox, centre: Array) -> float:
-        """What lies between a symbol and its text; an outline counts once, however long it is."""
+        """Cost of objects between a symbol and its text; each outline counts once."""
         values = self.grid[self._cells_on(box.leader(centre))]
         is_edge = values == _EDGE
         begins = np.diff(is_edge.astype(int), prepend=0) > 0
@@ -226,7 +226,7 @@ class Labeller:
         )
 
     def _cells_on(self, ends: Array) -> CellIndex:
-        """Cells on a line between two points (2, 2) [px], in its order."""
+        """Cells on a line between two points (2, 2) [px], in order."""
         length = np.linalg.norm(ends[1] - ends[0])
         count = 2 + int(length / (0.5 * _CELL))
         points = np.linspace(ends[0], ends[1], count)
@@ -238,7 +238,7 @@ class Labeller:
         return cells[:, 1], cells[:, 0]
 
     def _cost(self, box: TextBox, centre: Array) -> float:
-        """What a text would cover, and how much of it would stand outside of the axes."""
+        """Cost of objects under a text, and of its part outside of the axes."""
         (x0, y0), (x1, y1) = self._text_cells(centre, box.half)
         rows, columns = self.grid.shape
         outside = max(0, -x0) + max(0, -y0) + max(0, x1 - columns) + max(0, y1 - rows)
@@ -251,7 +251,7 @@ class Labeller:
         self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)] = _NAME
 
     def _text_cells(self, centre: Array, half: Array) -> tuple[tuple[int, int], tuple[int, int]]:
-        """First and last cell (column, row) of a text."""
+        """First and last cell of a text, as (column, row)."""
         low = np.floor((centre - half - self.origin) / _CELL).astype(int)
         high = np.ceil((centre + half - self.origin) / _CELL).astype(int)
         return (int(low[0]), int(low[1])), (int(high[0]), int(high[1]))

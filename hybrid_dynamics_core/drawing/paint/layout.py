@@ -1,4 +1,4 @@
-"""Figures with a title above and a key below what they show."""
+"""Figures with a title above and a legend below the axes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...scene.scene import Scene
 from ...scene.style import QUIET
 from .legend import add_legends
 
-_HEAD = 0.62  # [in] title and the line below it
+_HEAD = 0.62  # [in] height of title and subtitle
 _EDGE = 0.16  # [in] left of the text
 
 
@@ -23,17 +23,17 @@ def framed(
     title: str,
     line: str,
 ) -> tuple[Figure, float]:
-    """A figure with a title and a key, and room for axes between them.
+    """A figure with a title, a legend, and room for axes between them.
 
     Args:
         size: width and height of the room [in].
-        scenes: of one robot, for the key.
+        scenes: scenes of one robot, for the legend.
         description: of the robot.
         title: of the figure.
-        line: what is shown, below the title.
+        line: subtitle.
 
     Returns:
-        The figure, and the height of the key [in].
+        The figure, and the height of the legend [in].
     """
     width, height = size
     key = add_legends(Figure(figsize=(width, height + 2.0)), scenes, description)

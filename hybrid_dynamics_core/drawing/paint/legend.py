@@ -1,4 +1,4 @@
-"""The key to a picture: loops with their colours and types, and the symbols that occur in it."""
+"""The legend of a picture: its loops with colours and types, and its symbols."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from ...scene.scene import Scene
 from ...scene.style import INK, PURPLE, RED, SHADOW, STEEL, deep, mix, pale
 
 KINDS: Final = {"planar": "pin", "point": "spherical joint", "axis": "hinge", "frame": "weld"}
-_VISIBLE: Final = 2.0  # radii of a joint: shorter coordinates of a platform are hidden
+_VISIBLE: Final = 2.0  # [radii of a joint] shorter coordinates of a platform are hidden
 Entry = tuple[Any, str]  # a handle of Matplotlib, and what it means
 
 
 def loop_type(description: RobotDescription, closure: Closure) -> str:
-    """What a loop is: its type letter, or what closes it."""
+    """Text for a loop: its type letter, or the joint that closes it."""
     loop = description.loops.get(closure.name)
     kind = f"Type {loop.type}" if loop else KINDS[closure.kind]
     if closure.assembly == "parallelogram":
@@ -35,7 +35,7 @@ def loop_type(description: RobotDescription, closure: Closure) -> str:
 
 
 def add_legends(figure: Figure, scenes: Sequence[Scene], description: RobotDescription) -> float:
-    """Write the key to one robot's scenes at the bottom of a figure; its height [in]."""
+    """Draw the legend of one robot's scenes at the bottom of a figure; returns its height [in]."""
     height = 0.05
     for entries in (_symbols(scenes), _loops(scenes[0], description)):
         if entries:
@@ -136,7 +136,7 @@ def _has_idle(scene: Scene) -> bool:
 
 
 def _shows_carrier(scenes: Sequence[Scene]) -> bool:
-    """Whether coordinates of a platform are long enough to be seen in some scene."""
+    """Whether coordinates of a platform are long enough to be visible in a scene."""
     least = _VISIBLE * scenes[0].joint_radius
     for scene in scenes:
         for group in scene.groups:
@@ -147,7 +147,7 @@ def _shows_carrier(scenes: Sequence[Scene]) -> bool:
 
 
 def _closing(scene: Scene, role: PartRole) -> tuple[str, str]:
-    """What closes loops in one way: its colour in the first of them, and `the` or `each` loop."""
+    """Colour of a closure symbol, from the first loop of this kind, and the article of its text."""
     owners = [part.owner for part in scene.parts if part.role == role]
     colours = [scene.colours[owner] for owner in owners if owner in scene.colours]
     article = "the" if len(colours) == 1 else "each"
@@ -239,7 +239,7 @@ def _carrier() -> Line2D:
 
 
 def subtitle(scene: Scene) -> str:
-    """One line: how many joints and loops there are, and of a planar mechanism the plane."""
+    """The subtitle: numbers of joints and loops and, of a planar mechanism, the plane."""
     active = len([joint for joint in scene.skeleton.joints if joint.active])
     idle = len([joint for joint in scene.skeleton.joints if joint.idle])
     passive = len(scene.skeleton.joints) - active - idle
@@ -263,7 +263,7 @@ def _plural(word: str, count: int) -> str:
 
 
 def plane_of(scene: Scene) -> str:
-    """The plane in which a mechanism moves, or is drawn where it leaves it; empty for others."""
+    """Text for the plane of a mechanism's motion, or of its drawing; empty for spatial ones."""
     letters = [name.removesuffix(" [m]") for name in scene.projection.names]
     if not scene.projection.planar or max(map(len, letters)) > 1:
         return ""

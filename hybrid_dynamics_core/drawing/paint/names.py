@@ -1,4 +1,4 @@
-"""Which names a picture shows, and how they are written."""
+"""The names shown in a picture, as labels."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SMALL: Final[dict[str, Any]] = {"color": QUIET, "fontsize": 7.5}
 
 
 def name_labels(scene: Scene, names: Names) -> list[Label]:
-    """Active and idle joints, the end effector, and what is asked for: passive joints, links."""
+    """Labels of active and idle joints and end effector; optionally of passive joints and links."""
     if names == "none":
         return []
     labels = [*_active(scene), *_idle(scene), _tip(scene)]
@@ -113,7 +113,7 @@ def _links(scene: Scene) -> list[Label]:
 
 
 def _base(scene: Scene) -> list[Label]:
-    """The base at the first ground that holds it, or on its plate; none without either."""
+    """A label of the base at its first ground, or on its plate; empty without either."""
     base = scene.skeleton.base
     plates = [_middle(scene, part) for part in scene.parts if part.role == "base"]
     places = [outline.mean(axis=0) for outline in ground_outlines(scene)] + plates

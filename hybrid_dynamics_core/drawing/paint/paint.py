@@ -1,4 +1,4 @@
-"""From parts and lines to artists of Matplotlib."""
+"""Painting of parts and lines as Matplotlib artists."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ...scene.symbols import LineMark
 from .labels import Label
 
 _CAPPED = ("hinge", "barrel", "block", "collar", "pin", "weld", "rod")
-_BROAD = ("plate", "base")  # what lies behind names without harm
+_BROAD = ("plate", "base")  # roles that names may cover
 _LINES = {"axis": (QUIET, (0, (7, 2, 1.2, 2)), 0.7), "carrier": (SHADOW, (0, (1, 2.2)), 1.2)}
 _ARROWS = {
     "turn": (RED, 1.8),
@@ -29,11 +29,11 @@ _ARROWS = {
     "triad": (PURPLE, 1.5),
     "base axes": (QUIET, 1.0),
 }
-_SHEER = 0.2  # how opaque a sheer plate is
+_SHEER = 0.2  # opacity of transparent plates
 _HEAD = np.array([1.35, 0.55])  # length and half width of an arrow's head, in radii of a joint
-_SMALLER = 0.75  # of the head of a base axis
-_HALVES = 0.45  # of a double arrow, that each of its heads may take
-_SHORT = 1.6  # radii of a joint: a shorter axis points along the view
+_SMALLER = 0.75  # scale of the arrow head of a base axis
+_HALVES = 0.45  # largest share of a double arrow for each head
+_SHORT = 1.6  # [radii of a joint] a shorter projected axis counts as along the view
 _FACING = 0.999  # cosine to the viewer's direction above which a cap is the outline
 
 Colour = str | tuple[float, float, float, float]
@@ -45,10 +45,10 @@ class Painter:
     Args:
         axes: to be painted on.
         scene: to be painted.
-        sheer: whether plates and base let through what is behind them.
+        sheer: whether plates and base are transparent.
 
     Attributes:
-        covered: (m, 2) polygons of what was painted, each with a weight, for the labels.
+        covered: polygons (m, 2) that were painted, each with a weight, for the labels.
         letters: the names of axes.
     """
 
@@ -66,7 +66,7 @@ class Painter:
         self._idle = {f"joint:{joint.name}" for joint in joints if joint.idle}
 
     def paint(self) -> None:
-        """Everything, from back to front."""
+        """Paint the whole scene from back to front."""
         for line in self.scene.lines:
             if line.role in ("axis", "carrier", "dot"):
                 self._line(line)
@@ -100,7 +100,7 @@ class Painter:
         self._add(part.owner, outline, face, style.edge, style.width, hatch)
 
     def _cap(self, part: Part, style: PartStyle) -> None:
-        """The end of a part that faces the viewer, where there is one, and the dot of a joint."""
+        """Paint the visible end of a part, and the dot of a joint."""
         cap = part.cap(self.projection)
         if cap is None:
             return
@@ -152,7 +152,7 @@ class Painter:
         self._register(artist, line.owner)
 
     def arrow(self, line: LineMark) -> None:
-        """An arrow along a line, with a second head at its start for what travels both ways."""
+        """Paint an arrow along a line; a travel in both directions has a head at each end."""
         flat = self.projection.project(line.points)
         unit = self.scene.joint_radius
         colour, width = _ARROWS[line.role]
@@ -166,7 +166,7 @@ class Painter:
             if length < _SHORT * unit:
                 self._end_on(line, flat.mean(axis=0), colour)
                 return
-            size = min(size, _HALVES * length / _HEAD[0])  # room for a head at either end
+            size = min(size, _HALVES * length / _HEAD[0])  # room for a head at each end
         shaft, head = _headed(flat, size)
         heads = [head]
         if line.role == "travel":
@@ -201,9 +201,9 @@ class Painter:
         self.letters.append(letter)
 
     def _end_on(self, line: LineMark, at: Array, colour: str) -> None:
-        """An axis along the view: a circle with a dot (toward the viewer) or a cross (away).
+        """Paint an axis along the view: a circle with a dot (towards the viewer) or a cross (away).
 
-        A travel goes both ways: it has a dot.
+        A travel in both directions has a dot.
         """
         along = line.points[1] - line.points[0]
         is_toward = float(along @ self.projection.toward) > 0.0
@@ -219,7 +219,7 @@ class Painter:
             self._register(artist, line.owner)
 
     def _register(self, artist: Artist, owner: str) -> None:
-        """Number artists of one owner, and stack them in the order in which they come."""
+        """Number the artists of one owner, and stack them in the order of painting."""
         self._artists[owner] += 1
         count = self._artists[owner]
         artist.set_gid(owner if count == 1 else f"{owner}.{count}")
@@ -229,14 +229,14 @@ class Painter:
 
 
 def _headed(line: Array, unit: float) -> tuple[Array, Array]:
-    """A line cut short for its head, and the head.
+    """A line shortened for its arrow head, and the head.
 
     Args:
         line: (k, 2).
         unit: radius of a joint.
 
     Returns:
-        The line (m, 2), and the head (3, 2) at its end, turned as the line is there.
+        The line (m, 2), and the head (3, 2) along the line's direction at its end.
     """
     length, half = _HEAD * unit
     tip = line[-1]
@@ -250,7 +250,7 @@ def _headed(line: Array, unit: float) -> tuple[Array, Array]:
 
 
 def _before_head(line: Array, length: float) -> Array:
-    """(2,) the last point of a line that is farther than a length from its end."""
+    """(2,) the last point of a line at more than a given distance from its end."""
     fine = np.concatenate([np.linspace(a, b, 25) for a, b in pairwise(line)])
     before = np.flatnonzero(np.linalg.norm(fine - line[-1], axis=1) > length)
     if not len(before):
@@ -259,7 +259,7 @@ def _before_head(line: Array, length: float) -> Array:
 
 
 def _shrunk(outline: Array, share: float, shift: float) -> Array:
-    """An outline made smaller about its middle, moved up and to the left by a share of its size."""
+    """An outline scaled about its middle, and shifted up and left by a share of its size."""
     middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
     half = 0.5 * np.ptp(outline, axis=0)
     moved = middle + share * (outline - middle)

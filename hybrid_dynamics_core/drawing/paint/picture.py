@@ -18,18 +18,18 @@ from .labels import Labeller
 from .names import name_labels
 from .paint import Painter
 
-# Margins about everything painted, across and up, in radii of a joint: room for names.
+# Horizontal and vertical margins for names, in radii of a joint.
 _PLANAR_MARGIN = np.array([4.0, 3.0])
 _SPATIAL_MARGIN = np.array([1.5, 3.0])
 
 
 def make_scene(robot: Robot, state: ClosedState | None, like: Scene | None = None) -> Scene:
-    """What is painted of a robot.
+    """The scene of a robot in a state.
 
     Args:
         robot: to be painted.
         state: one closed state; None: the reference configuration.
-        like: a scene whose projection and sizes are taken, if given.
+        like: a scene whose projection and sizes are used, if given.
 
     Returns:
         The scene.
@@ -79,7 +79,7 @@ def paint_scene(
 
 
 def _fill(axes: Axes, limits: Array) -> None:
-    """Equal scales, with the limits widened in one direction so that the axes keep their box."""
+    """Set equal scales; the limits are widened in one direction to fill the axes' box."""
     box = np.array([axes.bbox.width, axes.bbox.height])
     width, height = np.ptp(limits, axis=0)
     scale = max(width / box[0], height / box[1])
@@ -92,7 +92,7 @@ def _fill(axes: Axes, limits: Array) -> None:
 
 
 def limits_of(scene: Scene) -> Array:
-    """(2, 2) smallest and largest of everything painted, with a margin for names [m]."""
+    """(2, 2) bounding box of the scene with a margin for names [m]."""
     projection = scene.projection
     outlines = [part.outline(projection) for part in scene.parts]
     outlines += [projection.project(line.points) for line in scene.lines]

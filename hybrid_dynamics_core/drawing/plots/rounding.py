@@ -1,4 +1,4 @@
-"""Curves that are zero, or constant, but for rounding: their axes do not show it."""
+"""Axis limits that do not magnify rounding of zero or constant curves."""
 
 from __future__ import annotations
 
@@ -13,20 +13,19 @@ from ...robot.robot import Robot
 from ...scene.attach import mechanism_size
 from ...scene.skeleton import place_skeleton
 
-ROUNDING: Final = 1e-9  # of the natural size of a quantity: what differs less does not differ
-# Of a constant, on both sides of it: as Matplotlib has it, which knows no sizes.
+ROUNDING: Final = 1e-9  # share of a quantity's natural size; smaller differences are rounding
+# Margin on both sides of a constant, as a share of it; Matplotlib's default.
 _ROOM: Final = 0.05
-# [s] a natural rate goes through the natural size in this time, or in that of a longer motion
+# [s] natural rate = natural size over this time, or over a longer motion's duration
 _SLOW: Final = 1.0
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """How large the quantities of a motion are by nature.
+    """Natural sizes of the quantities of a motion.
 
-    A turn is of the size of one radian, a torque of the weight at the robot's length, an energy of
-    the weight raised by that. The efforts of a robot without weight have no other size than their
-    largest one.
+    They are one radian for angles, weight times length for torques and energies. Without weight,
+    the size of efforts is their largest value.
 
     Attributes:
         length: of the robot [m].
@@ -66,7 +65,7 @@ def sizes_of(robot: Robot, seconds: float) -> Sizes:
 
 
 def rounding_of(natural: float, values: Array) -> float:
-    """What is rounding among values of a natural size; 0 where all of them are zero.
+    """The largest difference that is rounding; 0 if all values are zero.
 
     Args:
         natural: size of the values.
@@ -80,16 +79,16 @@ def rounding_of(natural: float, values: Array) -> float:
 
 
 def suppress_rounding(axes: Axes, natural: float) -> bool:
-    """Widen the limits of axes whose curves are constant but for rounding.
+    """Widen the limits of axes whose curves are constant up to rounding.
 
-    Rounding is then a straight line. Other axes stay as they are.
+    Such curves then are straight lines. Other axes are not changed.
 
     Args:
         axes: with their curves.
-        natural: size of what is drawn.
+        natural: natural size of the curves.
 
     Returns:
-        Whether the curves are constant but for rounding.
+        Whether the curves are constant up to rounding.
     """
     ends = np.asarray(axes.dataLim.intervaly, dtype=np.float64)
     if not np.isfinite(ends).all():

@@ -21,14 +21,14 @@ from ..page import CURVES, PLOTS, entitled, page
 from .legend_text import legend_text
 from .rounding import Sizes, rounding_of, sizes_of, suppress_rounding
 
-_PANEL: Final = 2.1  # [in] height of axes with their names, where there are up to _ROOMY
-_LOW: Final = 1.65  # [in] where there are more
+_PANEL: Final = 2.1  # [in] height of a panel if there are at most _ROOMY
+_LOW: Final = 1.65  # [in] height of a panel if there are more
 _ROOMY: Final = 4
 _COLUMNS: Final = 6  # of a legend
-_STYLES: Final = ("-", "--", ":")  # where there are more curves than colours
+_STYLES: Final = ("-", "--", ":")  # used in turn if there are more curves than colours
 _TYPES: Final = ("revolute", "prismatic")
-_APART: Final = 12.0  # times larger: what hides another curve on the same axes
-_LONGEST: Final = 100  # letters of the line below the title
+_APART: Final = 12.0  # ratio of sizes at which a curve needs axes of its own
+_LONGEST: Final = 100  # letters of the subtitle
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +36,10 @@ class _Quantity:
     """A quantity of all active joints.
 
     Attributes:
-        title: what it is.
-        symbol: of the quantity.
+        title: name of the quantity.
+        symbol: its symbol.
         values: (N, n).
-        size: of it by nature, by type of joint.
+        size: natural size by type of joint.
         unit: by type of joint.
     """
 
@@ -55,11 +55,11 @@ class _Panel:
     """Axes with the curves of some active joints.
 
     Attributes:
-        title: of the axes; empty where they go on with what the axes above show.
+        title: title of the axes; empty if they continue the quantity of the axes above.
         label: symbol and unit.
         values: (N, n) of all active joints.
-        joints: indices of those that are drawn.
-        size: of the values by nature.
+        joints: indices of the joints to draw.
+        size: natural size of the values.
     """
 
     title: str
@@ -70,7 +70,7 @@ class _Panel:
 
 
 def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Figure:
-    """Axes over one time, for each unit its own, with a line where something was met.
+    """Panels over time, one or more for each unit, with lines at the events.
 
     Args:
         robot: of the motion.
@@ -107,14 +107,14 @@ def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Fi
 
 
 def _line(motion: Simulation) -> str:
-    """Why the motion ended."""
+    """The subtitle: why the motion ended."""
     if len(motion.message) < _LONGEST:
         return motion.message
     return f"{motion.message[:97]}..."
 
 
 def _panels(robot: Robot, motion: Simulation, sizes: Sizes) -> Iterator[_Panel]:
-    """Joints of one unit together, unless some are lost beside others."""
+    """Panels with the joints of one unit together, unless their sizes differ too much."""
     for quantity in _quantities(motion, sizes):
         title = quantity.title
         for kind in _TYPES:
@@ -129,7 +129,7 @@ def _panels(robot: Robot, motion: Simulation, sizes: Sizes) -> Iterator[_Panel]:
 
 
 def _has_effort(robot: Robot, motion: Simulation, k: int) -> bool:
-    """Whether a coordinate is driven, or a force acts along it all the same."""
+    """Whether a coordinate is driven, or has an effort above zero."""
     return motion.names[k] not in robot.idle or bool(motion.tau[:, k].any())
 
 
@@ -146,9 +146,9 @@ def _rate_unit(joint_type: str) -> str:
 
 
 def _readable(values: Array, joints: list[int], natural: float) -> list[tuple[int, ...]]:
-    """Joints in groups, in each of which no curve is so small that it looks like one of zeros.
+    """Groups of joints of similar size, in which no curve looks like zero beside others.
 
-    Those of a size of rounding are zero, which any axes show.
+    Curves of rounding only count as zero, and may be in any group.
     """
     size = np.abs(values).max(axis=0)
     by_size = sorted(joints, key=lambda k: -size[k])
@@ -168,7 +168,7 @@ def _fits(
     joint: int,
     natural: float,
 ) -> bool:
-    """Whether a joint can be read beside the last group, or is rounding beside the largest."""
+    """Whether a joint is large enough for the last group, or is only rounding."""
     if size[groups[-1][0]] <= _APART * size[joint]:
         return True
     return bool(size[joint] <= rounding_of(natural, values[:, groups[0][0]]))
