@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 
 from ..ground.arrays import Array
 
+REGULAR = 1e-9  # least singular value, over the largest, of a matrix that has an inverse
+
 
 def norm(vector: ArrayLike) -> float:
     """Length of a vector of floats."""
@@ -42,3 +44,16 @@ def independent_rows(
             basis.append(remainder / size)
             chosen.append(k)
     return chosen
+
+
+def is_regular(matrix: Array) -> bool:
+    """Whether a square matrix (n, n) has an inverse, whatever units its rows and columns have."""
+    rows = np.abs(matrix).max(axis=1, initial=0.0)
+    if not rows.all():
+        return False
+    scaled = matrix / rows[:, None]
+    columns = np.abs(scaled).max(axis=0, initial=0.0)
+    if not columns.all():
+        return False
+    values = np.linalg.svd(scaled / columns, compute_uv=False)
+    return bool(values[-1] > REGULAR * values[0])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..description.build import build_description
+from ..description.checks.circles import check_circles
 from ..description.checks.loop_types import check_loop_names, check_loop_types
 from ..description.checks.names import check_names
 from ..description.checks.schema import check_schema
@@ -206,6 +207,7 @@ def _described(document: Document) -> RobotDescription:
     check_names(document)
     check_loop_names(document)
     description = build_description(document)
+    check_circles(document, description)
     check_values(document, description)
     check_loop_types(document, description)
     return description

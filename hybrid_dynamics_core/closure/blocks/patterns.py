@@ -18,6 +18,7 @@ from ..constraints.planar import PlanarPin
 from ..matching import EquationBlock
 from .angle_sum import AngleBlock
 from .block_solver import ONLY, BlockSolver
+from .couplings import CouplingsBlock
 from .dyad import dyad
 from .joint_coupling import JointCouplingBlock
 from .leg_blocks import CrankBlock, StrokeBlock, UniversalJointBlock
@@ -88,6 +89,19 @@ def _joint_coupling(block: EquationBlock, context: Context) -> BlockSolver | Non
     return JointCouplingBlock(loop, unknown, context.revolute(unknown))
 
 
+def _couplings(block: EquationBlock, context: Context) -> BlockSolver | None:
+    couplings: list[JointCoupling] = []
+    for equation in block.equations:
+        if not isinstance(equation.loop, JointCoupling):
+            return None
+        couplings.append(equation.loop)
+    revolute = {k: context.revolute(k) for k in block.unknowns}
+    try:
+        return CouplingsBlock(couplings, block.unknowns, revolute)
+    except ValueError:
+        return None
+
+
 def _one_distance(block: EquationBlock, context: Context) -> BlockSolver | None:
     loop = block.equations[0].loop
     unknown = block.unknowns[0]
@@ -120,6 +134,7 @@ _PATTERNS: tuple[Callable[[EquationBlock, Context], BlockSolver | None], ...] = 
     _planar_pin,
     _angle_sum,
     _joint_coupling,
+    _couplings,
     _one_distance,
     _direction,
     _three_spheres,

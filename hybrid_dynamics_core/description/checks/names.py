@@ -121,24 +121,6 @@ class _NameCheck:
             if "joint" in mimic:
                 key = (*path, "joint")
             self._require(source, self.moving_joints, key, "joint")
-            self._check_cycle([name, source], key)
-
-    def _check_cycle(self, followed: list[str], path: KeyPath) -> None:
-        """Check that a joint does not follow itself through others.
-
-        Args:
-            followed: a chain of joints, each followed by the one before.
-            path: of the entry, for the message.
-        """
-        name, *others = followed
-        if name in others:
-            cycle = " -> ".join(followed)
-            raise self.document.error(path, f"'{name}' follows itself ({cycle})")
-        *before, last = followed
-        if last in before:  # reported at that joint
-            return
-        for source in self._sources(last):
-            self._check_cycle([*followed, source], path)
 
     def _sources(self, name: str) -> list[str]:
         """The joints that a joint follows; empty if its entry is wrong."""
