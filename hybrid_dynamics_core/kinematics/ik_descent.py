@@ -24,6 +24,8 @@ Terms = tuple[Array, Array, Array, Array]
 MAX_ITERATIONS = 200
 # relative to the mean diagonal entry of J^T J
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-12, 1e6
+# after a step that gains, and after one that does not, times so much
+RELAXED, DAMPED = 0.1, 8.0
 STARTS = 64
 # share of the cost: a step that gains less hardly comes nearer
 CREEP = 1e-6
@@ -53,7 +55,7 @@ class Task:
 
     Attributes:
         solve_terms: gives for u (N, n) the position (N, 3), rotation (N, 3, 3), Jacobian (N, 6, n)
-            and status (N,) of the end effector.
+            and status (N,) of the end effector; for u (n,) the same without N.
         position: of the target (3,) in the base frame [m].
         rotation: of the target (3, 3) in the base frame.
         rows: which of x, y, z and the rotation vector's three parts count, all in base axes.
@@ -87,6 +89,23 @@ class Task:
         weights = np.repeat([1.0, self.length], 3)
         jacobian = jacobian * weights[:, None]
         return error[:, self.rows], jacobian[:, self.rows], closed
+
+    def error_at(self, u: Array) -> tuple[Array, Array, bool]:
+        """Remaining error at u (n,).
+
+        Returns:
+            Error (rows,) [m], its Jacobian (rows, n), and whether the state closes.
+        """
+        position, rotation, jacobian, status = self.solve_terms(u)
+        rows = list(self.rows)
+        is_closed = not status
+        error = np.zeros(6)
+        error[:3] = self.position - position
+        if rows[-1] >= 3:
+            jacobian = np.concatenate([jacobian[:3], self.length * jacobian[3:]])
+            if is_closed:
+                error[3:] = self.length * rotation_vector(self.rotation @ rotation.T)
+        return error[rows], jacobian[rows], is_closed
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +160,8 @@ def descend(
         error[moved] = trial_error[better]
         jacobian[moved] = trial_jacobian[better]
         cost[moved] = trial_cost[better]
-        damping[moved] = np.maximum(damping[moved] * 0.1, LEAST_DAMPING)
-        damping[rows[~better]] *= 8.0
+        damping[moved] = np.maximum(damping[moved] * RELAXED, LEAST_DAMPING)
+        damping[rows[~better]] *= DAMPED
         residual = np.sqrt(cost[rows])
         can_gain = (damping[rows] < MOST_DAMPING) & (creeping[rows] < PATIENCE)
         reached = ~better & (residual < tolerance)

@@ -52,10 +52,10 @@ class RemainingError(NamedTuple):
 
 def remaining_error(task: Task, u: Array) -> RemainingError:
     """What remains at u (n,), in the coordinates that count."""
-    error, _, closed = task.error(u[None])
+    error, _, is_closed = task.error_at(u)
     rotations = np.array(task.rows) > 2
-    position, turn = error[0, ~rotations], error[0, rotations]
-    if not closed[0]:
+    position, turn = error[~rotations], error[rotations]
+    if not is_closed:
         return RemainingError(np.nan, np.nan)
     return RemainingError(_size(position), _size(turn) / task.length)
 
@@ -278,7 +278,7 @@ def _moving_rows(problem: IKProblem) -> tuple[int, ...]:
 
 def _open_rows(task: Task, u: Array) -> list[int]:
     """Which of the coordinates that count are not met at u (n,)."""
-    errors, _, _ = task.error(u[None])
+    errors, _, _ = task.error_at(u)
     threshold = NEGLIGIBLE * max(task.length, 1.0)
-    is_open = np.abs(errors[0]) > threshold
+    is_open = np.abs(errors) > threshold
     return [row for k, row in enumerate(task.rows) if is_open[k]]

@@ -41,10 +41,10 @@ def _minimum(task: Task, start: Array) -> Array:
     from scipy.optimize import minimize  # noqa: PLC0415  slow to import, and only this needs it
 
     def cost(u: Array) -> tuple[float, Array]:
-        error, jacobian, closed = task.error(u[None])
-        if not closed[0]:
+        error, jacobian, is_closed = task.error_at(u)
+        if not is_closed:
             return OPEN, np.zeros_like(u)
-        return 0.5 * float(error[0] @ error[0]), -jacobian[0].T @ error[0]
+        return 0.5 * float(error @ error), -jacobian.T @ error
 
     bounds = list(zip(task.lower.tolist(), task.upper.tolist(), strict=True))
     options = {"maxiter": MAX_ITERATIONS, "ftol": 0.0, "gtol": FLAT * task.length**2}

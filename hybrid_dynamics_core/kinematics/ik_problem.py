@@ -18,6 +18,7 @@ from ..ground.arrays import Array
 from ..ground.lazy import lazy
 from .closed_kinematics import ClosedKinematics
 from .ik_descent import MAX_ITERATIONS, STARTS, Descent, Mask, Task, Terms, descend, starts_within
+from .ik_one_start import descend_from_one
 from .pose import Pose
 
 SOLVED = 1e-9  # residual [m] below which a target counts as reached, if nothing else is asked for
@@ -94,6 +95,8 @@ class IKProblem:
 
     def descend(self, starts: Array, max_iterations: int = MAX_ITERATIONS) -> Descent:
         """The damped steps from each of the starts (N, n)."""
+        if len(starts) == 1:
+            return descend_from_one(self.task, starts[0], SOLVED * 1e-3, max_iterations)
         return descend(self.task, starts, SOLVED * 1e-3, max_iterations)
 
     def solved(self, descent: Descent) -> Mask:
@@ -228,9 +231,9 @@ def join_descents(descents: Sequence[Descent]) -> Descent:
 
 
 def _terms(robot: ClosedKinematics, u: Array) -> Terms:
-    """Position, rotation, Jacobian and status of a batch; rows that do not close are NaN."""
+    """Position, rotation, Jacobian and status; states that do not close are NaN."""
     position, rotation, jacobian = robot.kernels.pose_and_jacobian(u, check=False)
-    is_open = np.isnan(position[:, 0])
+    is_open = np.isnan(position[..., 0])
     return position, rotation, jacobian, is_open
 
 

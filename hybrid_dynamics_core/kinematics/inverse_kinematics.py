@@ -232,10 +232,10 @@ def _check_near(robot: ClosedKinematics, near: object) -> None:
 
 def _redundant(problem: IKProblem, u: Array) -> tuple[str, ...]:
     """Coordinates that can move without moving what the task asks for."""
-    _, jacobian, closed = problem.task.error(u[None])
-    if not closed[0]:
+    _, jacobian, is_closed = problem.task.error_at(u)
+    if not is_closed:
         return ()
-    _, sizes, motions = np.linalg.svd(jacobian[0])
+    _, sizes, motions = np.linalg.svd(jacobian)
     rank = int((sizes > INDEPENDENT * sizes[0]).sum())
     parts = np.abs(motions[rank:]).max(axis=0, initial=0.0)
     active = problem.robot.active

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosedState, IKStatus, InputError, Pose, Robot
+from hybrid_dynamics_core.errors import StateError
+from hybrid_dynamics_core.kinematics.ik_problem import POSE_ROWS, POSITION_ROWS, build_problem
 from tests.robots import robot
 
 TILT = np.array(
@@ -298,3 +300,25 @@ def test_a_pose_of_few_digits_is_reached_within_a_tolerance_and_told_as_it_is_wi
     for wrong in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(InputError, match=r"tolerance: .*expected a length above zero"):
             forging.inverse_kinematics(typed, tolerance=wrong)
+
+
+@pytest.mark.parametrize("rows", [POSITION_ROWS, POSE_ROWS, (0, 2, 5)])
+@pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "delta"])
+def test_one_start_ends_where_it_ends_among_many(name: str, rows: tuple[int, ...]) -> None:
+    machine, rng = robot(name), np.random.default_rng(7)
+    lower, upper = machine.limits.T
+    half = np.minimum(0.4, 0.3 * (upper - lower))
+    for _ in range(4):
+        seed, goal = machine.reference + half * rng.uniform(-1.0, 1.0, (2, len(half)))
+        try:
+            target = machine.forward_kinematics(machine.close(np.clip(goal, lower, upper)))
+        except StateError:
+            continue
+        problem = build_problem(machine, target, rows, seed, None)
+        one = problem.descend(seed[None])
+        many = problem.descend(np.array([seed, seed]))
+        assert problem.solved(one) == problem.solved(many)[0]
+        assert one.settled == many.settled[0]
+        np.testing.assert_allclose(one.residual, many.residual[:1], atol=1e-9)
+        if len(rows) >= len(machine.active):
+            np.testing.assert_allclose(one.u, many.u[:1], atol=1e-6)
