@@ -19,6 +19,7 @@ from .ik_descent import (
     PATIENCE,
     RELAXED,
     Descent,
+    Mask,
     Task,
 )
 
@@ -70,12 +71,12 @@ def _within(task: Task, u: Array) -> Array:
     return within
 
 
-def _at_limits(task: Task, u: Array, jacobian: Array, error: Array) -> Array:
+def _at_limits(task: Task, u: Array, jacobian: Array, error: Array) -> Mask:
     """Coordinates at a limit that the error pushes further out (n,). No step moves them."""
     push = error @ jacobian
     at_lower = (u <= task.lower) & (push < 0.0)
     at_upper = (u >= task.upper) & (push > 0.0)
-    blocked: Array = at_lower | at_upper
+    blocked: Mask = at_lower | at_upper
     return blocked
 
 
@@ -85,5 +86,4 @@ def _step(jacobian: Array, error: Array, damping: float) -> Array:
     n = len(normal)
     size = float(normal.trace()) / n
     normal.flat[:: n + 1] += damping * size + 1e-300
-    step: Array = np.linalg.solve(normal, error @ jacobian)
-    return step
+    return np.asarray(np.linalg.solve(normal, error @ jacobian), dtype=np.float64)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final, NamedTuple
 
@@ -22,6 +22,7 @@ _MOST_SURVEYED: Final = 33  # points from which the size of the efforts is taken
 _MOST_REFINEMENTS: Final = 5  # of where a margin is least
 _LEAST_SHARE_OF_SPAN: Final = 1e-3  # of an interval, between two samples of these
 _PARABOLA_ERROR: Final = 0.5  # share of how much three margins differ
+_MOST_LOOKED_AHEAD: Final = 9  # moments at which is looked how far a motion goes beyond a bound
 _QUARTERS: Final = np.array([0.25, 0.5, 0.75])
 # Between the quarters a smooth effort may be further off a line than at them.
 _CAUTION: Final = 0.9
@@ -150,7 +151,33 @@ class Follower:
             dense = self._with(dense, moments)
         if dense[-1].problem is None:
             return samples
-        return [*dense[:-1], self._first_bad(dense[-2], dense[-1], span)]
+        bad = self._first_bad(dense[-2], dense[-1], span)
+        return [*dense[:-1], self._with_excess(bad, dense[-1].time)]
+
+    def _with_excess(self, bad: Sample, moment: float) -> Sample:
+        """A bad sample that says too how far the motion goes beyond the bound it passes.
+
+        Args:
+            bad: the first bad sample.
+            moment: when the motion is beyond the bound as well [s].
+        """
+        if bad.problem is None or not bad.margins.size:
+            return bad
+        bound = int(np.flatnonzero(bad.margins < 0.0)[0])
+        end = self._motion.end_after(bad.time)
+        times = np.union1d(np.linspace(bad.time, end, _MOST_LOOKED_AHEAD), [moment])
+        worst = bad
+        before = bad
+        for time in times[times > bad.time].tolist():
+            sample = self.sample(time, before.state)
+            if not sample.margins.size:
+                break
+            before = sample
+            if sample.margins[bound] < worst.margins[bound]:
+                worst = sample
+        excess = self._limits.excess(bound, float(worst.margins[bound]))
+        text = f"{bad.problem.text}; up to {excess} beyond, at {worst.time:.9g} s"
+        return bad._replace(problem=replace(bad.problem, text=text))
 
     def _with(self, samples: Sequence[Sample], moments: Sequence[float]) -> list[Sample]:
         """Samples, and those at some moments between them, as far as they are good."""

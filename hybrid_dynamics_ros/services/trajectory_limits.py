@@ -1,15 +1,16 @@
-"""What a robot must not pass on its way: limits, singular places, rates, efforts, pressures.
+"""What a robot must not pass on its way: limits, singular places, rates, efforts, pressures, power.
 
 Knows no ROS.
 """
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core.description.actuators import HydraulicCylinder
 from hybrid_dynamics_core.dynamics.hydraulics import chamber_pressures
 from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 
@@ -17,6 +18,19 @@ from ..messages.joint_samples import FloatArray, Rejection, RejectionCode
 from ..stream.stroke_margins import StrokeMargins
 
 _ROUNDING: Final = 1e-9  # [rad or m], or share of a limit, that it may be passed by
+
+
+class _Bound(NamedTuple):
+    """One number that has to stay within a range.
+
+    `words` begin a sentence that the number ends, and `expected` says what the range is.
+    """
+
+    words: str
+    unit: str
+    lower: float
+    upper: float
+    expected: str
 
 
 class MotionLimits:
@@ -30,21 +44,16 @@ class MotionLimits:
             least: nearest distance to a singularity, 0 singular, 1 best.
         """
         self._robot, self._least = robot, least
-        self._strokes = StrokeMargins(robot)
-        joints = robot.description.joints
-        rates = np.array([joints[name].velocity_limit for name in robot.coordinates])
-        self._fast = np.flatnonzero(np.isfinite(rates))
-        self._rates = rates[self._fast]
-        efforts = {name: joints[name].effort_limit for name in robot.drives}
-        self._efforts = {name: limit for name, limit in efforts.items() if np.isfinite(limit)}
-        cylinders = {
-            name: robot.cylinders[name] for name in robot.drives if name in robot.cylinders
-        }
-        self._cylinders = {
-            name: cylinder
-            for name, cylinder in cylinders.items()
-            if np.isfinite(cylinder.supply_pressure)
-        }
+        self._bounds: list[_Bound] = []
+        self._limited = self._bound_coordinates()
+        self._fast = self._bound_rates()
+        self._efforts = self._bound_efforts()
+        self._cylinders = self._bound_pressures()
+        self._powers = self._bound_powers()
+        lowest = [bound.lower for bound in self._bounds]
+        highest = [bound.upper for bound in self._bounds]
+        self._lower = np.array([*lowest, least])
+        self._upper = np.array([*highest, np.inf])
 
     def margins(self, state: ClosedState, efforts: FloatArray) -> FloatArray:
         """To each bound (k,), negative beyond it; in the order of `problem`.
@@ -56,75 +65,131 @@ class MotionLimits:
         Raises:
             SingularityError: the drives cannot give these efforts.
         """
-        lower, upper = self._strokes.margins(state.s)
-        ends = np.concatenate([lower, upper])
-        ends = ends[np.isfinite(ends)] + _ROUNDING
-        rates = (1.0 + _ROUNDING) * self._rates - np.abs(state.ds[self._fast])
-        forces, pressures = self._drive_values(state, efforts)
-        most = (1.0 + _ROUNDING) * np.array(list(self._efforts.values()))
-        supplies = np.array([entry.supply_pressure for entry in self._cylinders.values()])
-        highest = (1.0 + _ROUNDING) * supplies
-        distance = [float(state.singularity) - self._least]
-        return np.concatenate([ends, rates, most - np.abs(forces), highest - pressures, distance])
+        values = self._values(state, efforts)
+        return np.asarray(np.minimum(values - self._lower, self._upper - values))
 
     def problem(self, state: ClosedState, efforts: FloatArray) -> Rejection | None:
         """The first bound that is passed, in words, or None."""
-        texts = self._passed_limits(state)
-        forces, pressures = self._drive_values(state, efforts)
-        for (name, most), force in zip(self._efforts.items(), forces.tolist(), strict=True):
-            if abs(force) > (1.0 + _ROUNDING) * most:
-                unit = effort_unit(self._robot.joint_types[name])
-                texts.append(
-                    f"{name} needs {force:.6g} {unit}, expected no more than {most:.6g} {unit}"
-                )
-        for name, pressure in zip(self._cylinders, pressures.tolist(), strict=True):
-            supply = self._cylinders[name].supply_pressure
-            if pressure > (1.0 + _ROUNDING) * supply:
-                expected = f"expected no more than its supply, {supply:.6g} Pa"
-                texts.append(f"the cylinder of {name} needs {pressure:.6g} Pa, {expected}")
-        if texts:
-            return Rejection(RejectionCode.LIMIT, texts[0])
-        return self._singular(state)
-
-    def _passed_limits(self, state: ClosedState) -> list[str]:
-        robot, strokes, texts = self._robot, self._strokes, []
-        bounds = zip(
-            robot.coordinates,
-            strokes.lower.tolist(),
-            state.s.tolist(),
-            strokes.upper.tolist(),
-            strict=True,
-        )
-        for name, low, value, high in bounds:
-            if not low - _ROUNDING <= value <= high + _ROUNDING:
-                unit = coordinate_unit(robot.joint_types[name])
-                expected = f"expected {low:.6g} to {high:.6g} {unit}"
-                texts.append(f"{name} is {value:.6g} {unit}, {expected}")
-        for k, most in zip(self._fast.tolist(), self._rates.tolist(), strict=True):
-            rate, name = float(state.ds[k]), robot.coordinates[k]
-            if abs(rate) > (1.0 + _ROUNDING) * most:
-                unit = f"{coordinate_unit(robot.joint_types[name])}/s"
-                expected = f"expected no more than {most:.6g} {unit}"
-                texts.append(f"{name} moves at {rate:.6g} {unit}, {expected}")
-        return texts
-
-    def _singular(self, state: ClosedState) -> Rejection | None:
-        if float(state.singularity) >= self._least:
+        values = self._values(state, efforts)
+        beyond = np.flatnonzero((values < self._lower) | (values > self._upper))
+        if not beyond.size:
             return None
+        first = int(beyond[0])
+        if first == len(self._bounds):
+            return self._singular(state)
+        bound = self._bounds[first]
+        text = f"{bound.words} {values[first]:.6g} {bound.unit}, expected {bound.expected}"
+        return Rejection(RejectionCode.LIMIT, text)
+
+    def excess(self, number: int, margin: float) -> str:
+        """How far beyond a bound a margin is, with its unit.
+
+        Args:
+            number: of the bound, its place in `margins`.
+            margin: negative.
+        """
+        unit = ""
+        if number < len(self._bounds):
+            unit = f" {self._bounds[number].unit}"
+        return f"{-margin:.6g}{unit}"
+
+    def _values(self, state: ClosedState, efforts: FloatArray) -> FloatArray:
+        """What each bound is about (k,)."""
+        forces, pressures, powers = self._drive_values(state, efforts)
+        return np.concatenate(
+            [
+                state.s[self._limited],
+                state.ds[self._fast],
+                forces,
+                pressures,
+                powers,
+                [float(state.singularity)],
+            ]
+        )
+
+    def _bound_coordinates(self) -> list[int]:
+        """Places of the coordinates with limits; their bounds are added."""
+        strokes, limited = StrokeMargins(self._robot), []
+        for name, unit in zip(strokes.joints, strokes.units, strict=True):
+            place = self._robot.coordinates.index(name)
+            low, high = float(strokes.lower[place]), float(strokes.upper[place])
+            expected = f"{low:.6g} to {high:.6g} {unit}"
+            bound = _Bound(f"{name} is", unit, low - _ROUNDING, high + _ROUNDING, expected)
+            self._bounds.append(bound)
+            limited.append(place)
+        return limited
+
+    def _bound_rates(self) -> list[int]:
+        """Places of the coordinates with a largest rate; their bounds are added."""
+        robot = self._robot
+        fast = []
+        for place, name in enumerate(robot.coordinates):
+            most = robot.description.joints[name].velocity_limit
+            unit = f"{coordinate_unit(robot.joint_types[name])}/s"
+            if self._bound_size(f"{name} moves at", unit, most):
+                fast.append(place)
+        return fast
+
+    def _bound_efforts(self) -> list[str]:
+        """Drives with a largest effort; their bounds are added."""
+        robot = self._robot
+        limited = []
+        for name in robot.drives:
+            most = robot.description.joints[name].effort_limit
+            if self._bound_size(f"{name} needs", effort_unit(robot.joint_types[name]), most):
+                limited.append(name)
+        return limited
+
+    def _bound_pressures(self) -> dict[str, HydraulicCylinder]:
+        """Cylinders of the drives that have a supply; their bounds are added."""
+        cylinders = {}
+        for name in self._robot.drives:
+            cylinder = self._robot.cylinders.get(name)
+            if cylinder is None:
+                continue
+            words, supply = f"the cylinder of {name} needs", cylinder.supply_pressure
+            if self._bound_size(words, "Pa", supply, "its supply, "):
+                cylinders[name] = cylinder
+        return cylinders
+
+    def _bound_powers(self) -> dict[str, int]:
+        """Places of the drives with a largest power; their bounds are added."""
+        robot = self._robot
+        places = {}
+        for name in robot.drives:
+            most = robot.description.joints[name].power_limit
+            if self._bound_size(f"the drive of {name} has a power of", "W", most):
+                places[name] = robot.coordinates.index(name)
+        return places
+
+    def _bound_size(self, words: str, unit: str, most: float, what: str = "") -> bool:
+        """Add a bound of a number's size; False where there is none."""
+        if not np.isfinite(most):
+            return False
+        upper = (1.0 + _ROUNDING) * most
+        expected = f"no more than {what}{most:.6g} {unit}"
+        self._bounds.append(_Bound(words, unit, -upper, upper, expected))
+        return True
+
+    def _singular(self, state: ClosedState) -> Rejection:
         place = f"at a distance of {state.singularity:.3g} (of at most 1) from a singularity"
         text = f"loop {state.singular_loop} is {place}, expected {self._least:g} or more"
         return Rejection(RejectionCode.SINGULAR, text)
 
     def _drive_values(
         self, state: ClosedState, efforts: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Forces of the drives with limits, and the highest pressure of each cylinder [Pa]."""
-        if not self._efforts and not self._cylinders:
-            return np.zeros(0), np.zeros(0)
+    ) -> tuple[list[float], list[float], list[float]]:
+        """Of the drives with limits: forces, the highest pressure of each cylinder [Pa], power [W].
+
+        A drive gives power where its force and its rate have the same sign, else it takes power.
+        """
+        if not self._efforts and not self._cylinders and not self._powers:
+            return [], [], []
         forces = self._robot.drive_forces(state, efforts)
-        limited = np.array([float(forces[name]) for name in self._efforts])
+        limited = [float(forces[name]) for name in self._efforts]
         highest = []
         for name, cylinder in self._cylinders.items():
             cap, rod = chamber_pressures(cylinder, forces[name])
             highest.append(max(float(cap), float(rod)))
-        return limited, np.array(highest)
+        powers = [float(forces[name] * state.ds[place]) for name, place in self._powers.items()]
+        return limited, highest, powers

@@ -110,6 +110,11 @@ class SmoothMotion:
             curvatures @ coefficients[2:] / span**2,
         )
 
+    def end_after(self, time: float) -> float:
+        """The first point after a time, or the last one [s]."""
+        following = np.searchsorted(self.time, time, side="right")
+        return float(self.time[min(int(following), self.time.size - 1)])
+
     def _coefficients(self, k: int, span: float) -> FloatArray:
         """Coefficients (6, n) of the quintic of interval k in time over the interval's length."""
         start, end = self._scaled(k, span), self._scaled(k + 1, span)

@@ -6,6 +6,7 @@ points, and searched densely: neither uses what is tested.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -93,7 +94,29 @@ def require_first(bad_time: float, values: np.ndarray, limit: float, moments: np
     assert beyond.size == 0 or bad_time <= beyond[0] + 1e-6
 
 
-@pytest.mark.parametrize("kind", ["position", "rate", "effort"])
+LIMITS = {
+    "position": "limits",
+    "rate": "velocity_limit",
+    "effort": "effort_limit",
+    "power": "power_limit",
+}
+
+
+def sizes(
+    kind: str, robot: Robot, trajectory: SampledTrajectory, moments: np.ndarray, place: int
+) -> np.ndarray:
+    """What a limit of one active joint is about, at some moments."""
+    state, efforts = states_of(robot, trajectory, moments)
+    values = {
+        "position": state.u,
+        "rate": np.abs(state.du),
+        "effort": np.abs(efforts),
+        "power": np.abs(efforts * state.du),
+    }
+    return values[kind][:, place]
+
+
+@pytest.mark.parametrize("kind", list(LIMITS))
 @examples(8)
 @given(ROBOTS, STATES, st.floats(0.3, 0.95))
 def test_the_first_time_beyond_a_limit_is_told_between_points_too(
@@ -102,38 +125,44 @@ def test_the_first_time_beyond_a_limit_is_told_between_points_too(
     robot = case.robot
     trajectory = gentle(robot, case.somewhere(seed)[: case.n], seed)
     moments = np.linspace(trajectory.time[0], trajectory.time[-1], DENSE)
-    state, efforts = states_of(robot, trajectory, moments)
     place = seed % case.n
     name = robot.active[place]
+    values = sizes(kind, robot, trajectory, moments, place)
+    limit = float(share * values.max())
     if kind == "position":
-        values = state.u[:, place]
-        limit = values[0] + share * (values.max() - values[0])
-        chosen = {"limits": (-np.inf, float(limit))}
+        limit = float(values[0] + share * (values.max() - values[0]))
         assume(robot.reference[place] < limit)
-    elif kind == "rate":
-        values = np.abs(state.du[:, place])
-        limit = share * values.max()
-        chosen = {"velocity_limit": float(limit)}
-    else:
+    if kind in ("effort", "power"):
         assume(name in robot.drives and set(robot.drives) == set(robot.active) - set(robot.idle))
-        values = np.abs(efforts[:, place])
-        limit = share * values.max()
-        chosen = {"effort_limit": float(limit)}
     assume(values.max() > limit + 1e-6 and values[0] < limit)
-    other = limited(robot, name, **chosen)
+    bound = (-np.inf, limit) if kind == "position" else limit
+    other = limited(robot, name, **{LIMITS[kind]: bound})
     assume(other.active == robot.active)
     assume(convert(robot, trajectory).problem is None)
     converted = convert(other, trajectory)
     assert converted.problem is not None
     assert converted.problem.code is RejectionCode.LIMIT
     require_first(converted.bad_time, values, limit, moments)
-    state, efforts = states_of(robot, trajectory, np.array([converted.bad_time]))
-    there = {"position": state.u, "rate": np.abs(state.du), "effort": np.abs(efforts)}
-    assert there[kind][0, place] >= limit - 1e-9 * (1.0 + abs(limit))
+    there = sizes(kind, robot, trajectory, np.array([converted.bad_time]), place)
+    assert there[0] >= limit - 1e-9 * (1.0 + abs(limit))
     assert converted.bad_point == np.searchsorted(trajectory.time, converted.bad_time)
     assert name in converted.problem.text
     assert f"{converted.bad_time:.9g} s" in converted.problem.text
     assert converted.time.max(initial=-np.inf) < converted.bad_time
+    # How far it goes beyond, up to the next point, is that of a moment, and of none much less.
+    excess, worst = excess_of(converted.problem.text)
+    following = trajectory.time[converted.bad_point]
+    assert converted.bad_time - 1e-6 <= worst <= following + 1e-6
+    beyond = sizes(kind, robot, trajectory, np.array([worst, following]), place) - limit
+    rounding = 1e-5 * (np.abs(values).max() + abs(limit))
+    assert excess == pytest.approx(beyond[0], abs=rounding)
+    assert excess >= beyond[1] - rounding
+
+
+def excess_of(text: str) -> tuple[float, float]:
+    """How far a motion goes beyond a bound, and when [s]."""
+    excess, moment = re.search(r"up to (\S+) .*beyond, at (\S+) s", text).groups()
+    return float(excess), float(moment)
 
 
 @examples(8)
