@@ -1,6 +1,6 @@
-"""What a file of another format says beyond that format, in entries of a description file.
+"""Reader of extras: data that a format cannot express, as entries of a description file.
 
-`extras_writer` writes it.
+`extras_writer` writes them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..ground.suggestions import suggestion
 TAG = "hybrid_dynamics"  # of the element, text or key that holds the entries
 EXTRAS_DEFINITION = "rest"  # name of their schema
 
-_CHECKED_SECTIONS = {  # of the extras, and of the document that has to have their names
+_CHECKED_SECTIONS = {  # section of extras: section of the document with their names
     "joints": "joints",
     "closures": "closures",
     "loops": "closures",
@@ -23,16 +23,16 @@ _CHECKED_SECTIONS = {  # of the extras, and of the document that has to have the
 
 
 def read_extras(document: Document, text: str, file: FilePath, line: int) -> None:
-    """Join entries written in a file of another format with those that the format gave.
+    """Merge extras, written as a text in a file, into a document.
 
     Args:
         document: what the format gave.
-        text: the entries, as YAML.
-        file: in which they stand.
-        line: of the file in which the text begins.
+        text: the extras, as YAML.
+        file: the file of the text.
+        line: first line of the text in the file.
 
     Raises:
-        DescriptionError: the text has other entries, or names what the format did not give.
+        DescriptionError: an entry is wrong, or refers to an unknown name.
     """
     extras = read_yaml("\n" * (line - 1) + text, file)
     check_schema(extras, EXTRAS_DEFINITION)
@@ -40,10 +40,10 @@ def read_extras(document: Document, text: str, file: FilePath, line: int) -> Non
 
 
 def apply_extras(document: Document, extras: Document) -> None:
-    """Join entries that are read and checked with those that the format gave.
+    """Merge checked extras into a document.
 
     Raises:
-        DescriptionError: they name what the format did not give.
+        DescriptionError: they refer to an unknown name.
     """
     _rename_base(document, extras.data.pop("base", ""))
     _check_names(document, extras)
@@ -54,7 +54,7 @@ def apply_extras(document: Document, extras: Document) -> None:
         _remove_payload_body(document, name)
     for name in extras.entries("links"):
         document.section("links").pop(name, None)
-    if "reference" in extras.data:  # in place of what the format draws
+    if "reference" in extras.data:  # replaces the drawn configuration
         document.data["reference"] = {}
     _shift_coordinates(document, extras.data.pop("zero", {}))
     document.merge(extras)
@@ -63,7 +63,7 @@ def apply_extras(document: Document, extras: Document) -> None:
 
 
 def payload_body(payload: str) -> str:
-    """The link that stands for a payload in other formats."""
+    """Name of the link that represents a payload in other formats."""
     return f"{payload}_payload"
 
 
@@ -99,18 +99,18 @@ def _check_names(document: Document, extras: Document) -> None:
 
 
 def _remove_payload_body(document: Document, payload: str) -> None:
-    """Remove the link that stands for a payload, where the format has no payloads."""
+    """Remove the link that represents a payload in a format without payloads."""
     body = payload_body(payload)
     document.section("links").pop(body, None)
     document.section("joints").pop(f"{body}_fixed", None)
 
 
 def _shift_coordinates(document: Document, zero: dict[str, float]) -> None:
-    """Count coordinates as the robot does, where the format counts from the pose it draws.
+    """Shift coordinates from the format's zero, its drawn configuration, to the robot's zero.
 
     Args:
         document: what the format gave.
-        zero: the robot's coordinates in that pose, by joint [rad or m].
+        zero: the robot's coordinates in the drawn configuration, by joint [rad or m].
     """
     joints = document.section("joints")
     for name, value in zero.items():
@@ -131,7 +131,7 @@ def _shift_coordinates(document: Document, zero: dict[str, float]) -> None:
 
 
 def _turn_into_loop(document: Document, name: str) -> None:
-    """Move a planar closure that is a loop of Type A to D to the loops."""
+    """Turn a planar closure into a loop of Type A to D."""
     closure = document.section("closures").pop(name)
     loop = document.section("loops")[name]
     pin: Data = {}

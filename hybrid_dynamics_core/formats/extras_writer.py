@@ -1,6 +1,6 @@
-"""What a robot says that a format has no words for, as entries of a description file.
+"""Writer of extras: data that a format cannot express, as entries of a description file.
 
-Each writer puts them where other programs pass them over; `extras_reader` reads them back.
+Each format's writer puts them where other programs ignore them. `extras_reader` reads them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ..description.model import (
 )
 from ..ground.arrays import Array
 
-_DESCRIPTIONS = {  # of the entries, in comments
+_DESCRIPTIONS = {  # names of the entries in comments
     "gravity": "gravity",
     "links": "links whose mass, inertia or weight the format cannot say",
     "joints": "limits, friction, drives, springs and followers that the format cannot say",
@@ -46,7 +46,7 @@ _DESCRIPTIONS = {  # of the entries, in comments
 
 
 class Feature(Enum):
-    """What some formats say themselves, and others cannot."""
+    """Data that only some formats can express."""
 
     GRAVITY = auto()
     WEIGHT_SHARES = auto()  # of links, that are not felt
@@ -62,11 +62,11 @@ class Feature(Enum):
 
 
 def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
-    """Entries of format 1 beyond what a format says.
+    """Entries of format 1 for all data that a format cannot express.
 
     Args:
-        robot: that is written.
-        features: what the format says itself.
+        robot: the robot to write.
+        features: data that the format expresses.
     """
     extras: Data = {"source": robot.source}
     if Feature.GRAVITY not in features:
@@ -101,7 +101,7 @@ def extras_text(extras: Data, one_line: bool = False) -> str:
 
 
 def extras_summary(extras: Data) -> str:
-    """The entries in words, for a comment."""
+    """A list of the entries as text, for a comment."""
     return ", ".join(text for key, text in _DESCRIPTIONS.items() if key in extras)
 
 
@@ -111,7 +111,7 @@ def without_empty(entries: Data) -> Data:
 
 
 def link_entry(link: Link) -> Data:
-    """A link as a description file has it."""
+    """The entry of a link in a description file."""
     if not link.mass and not link.inertia.any():
         return {}
     return {
@@ -151,7 +151,7 @@ def _link_entries(robot: RobotDescription, features: Collection[Feature]) -> Dat
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes repeated lists out, since aliases help nobody who reads."""
+    """YAML dumper that writes repeated lists out, without aliases."""
 
     def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002
         return True
@@ -179,7 +179,7 @@ def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Da
 
 
 def _limits_are_extra(joint: Joint, features: Collection[Feature]) -> bool:
-    """Whether a format cannot say limits on one side, or none at all."""
+    """Whether a format cannot express a joint's limits: one-sided or missing ones."""
     lower, upper = map(math.isfinite, joint.limits)
     if lower != upper:
         return Feature.ONE_SIDED_LIMITS not in features
@@ -209,7 +209,7 @@ def _effect_entries(effect: JointEffect, features: Collection[Feature]) -> Data:
 
 
 def _mimic_feature(mimic: Mimic) -> Feature:
-    """What a format has to say of a follower."""
+    """The feature that a format needs for a follower."""
     return Feature.MIMIC if len(mimic.multipliers) == 1 else Feature.MIMIC_OF_SEVERAL
 
 

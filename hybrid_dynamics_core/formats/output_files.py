@@ -1,4 +1,4 @@
-"""Files that a robot is exported to."""
+"""Writing of exported files."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from ..errors import InputError
 def write_files(
     texts: Mapping[Path, str], robot: RobotDescription, overwrite: bool = False
 ) -> None:
-    """Write the files that a robot was exported to: all of them, or none.
+    """Write all files of an export, or none.
 
     Args:
         texts: text of each file.
-        robot: that was exported. The files that it was read from are never replaced.
-        overwrite: whether other files are replaced.
+        robot: the exported robot. The files it was read from are never replaced.
+        overwrite: whether existing files may be replaced.
 
     Raises:
-        InputError: a file is there already, or the robot was read from it.
+        InputError: a file exists, or the robot was read from it.
         OSError: a file cannot be written.
     """
     sources = source_files(robot)

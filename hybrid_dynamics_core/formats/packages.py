@@ -1,7 +1,7 @@
-"""Packages of ROS by name, without ROS; and which files a robot file may lead to.
+"""Search for ROS packages without ROS, and the files that a robot file may refer to.
 
-A package is looked for by the folder of the file, then in AMENT_PREFIX_PATH, then in the search
-path that the user gives: never anywhere else.
+Packages are searched in folders around the file, then in AMENT_PREFIX_PATH, then in the search path
+of the user.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ _MODEL_SCHEME = "model://"
 _MODEL_FILES = ("model.config", "model.sdf")  # one of them makes a folder a model of SDFormat
 _MODEL_FOLDERS = ("GZ_SIM_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH")
 _MANIFEST = "package.xml"
-_LARGEST_MANIFEST = 100_000  # bytes that are read
-_MAX_BESIDE = 2_000  # folders beside each other that are looked at
+_LARGEST_MANIFEST = 100_000  # [bytes] read
+_MAX_BESIDE = 2_000  # largest number of sibling folders that are searched
 _TITLE = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 _VALID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
 
 class PackageError(Exception):
-    """There is no such package, or a file is out of reach; the message reads as a sentence."""
+    """A package does not exist, or a file is out of reach; the message is a sentence."""
 
 
 class Packages:
-    """Finds packages for one file, and knows which files it may read.
+    """Finds packages for one file, and decides which files it may refer to.
 
     These are files below its folder, its package, the packages that it names, and the search path.
     """
@@ -42,13 +42,13 @@ class Packages:
         self.package = self._enclosing_package()
         inside = {self.folder, self.package, file.resolve().parent, *self.search_path}
         self._roots = {folder.resolve() for folder in inside}
-        self._installed: set[Path] = set()  # with links to where they were built
+        self._installed: set[Path] = set()  # with targets of symlink installs
 
     def find(self, name: str) -> Path:
         """The folder of a package.
 
         Raises:
-            PackageError: there is none; with what was searched.
+            PackageError: there is none; the message lists the searched folders.
         """
         if not _VALID.fullmatch(name):
             raise PackageError(f"'{name}' is no name of a package")
@@ -67,14 +67,14 @@ class Packages:
         raise PackageError(f"there is no package '{name}'; {self._searched()}")
 
     def find_model(self, name: str) -> Path:
-        """The folder of a model of SDFormat, beside the file or around it; else a package.
+        """The folder of an SDFormat model, beside or around the file; otherwise a package.
 
         Raises:
-            PackageError: there is none; with what was searched.
+            PackageError: there is none; the message lists the searched folders.
         """
         if not _VALID.fullmatch(name):
             raise PackageError(f"'{name}' is no name of a model")
-        around = [self.folder, *self.folder.parents][:-1]  # the root of the disk is no place
+        around = [self.folder, *self.folder.parents][:-1]  # without the root folder
         listed: list[Path] = []
         for variable in _MODEL_FOLDERS:
             folders = os.environ.get(variable, "").split(os.pathsep)
@@ -92,8 +92,8 @@ class Packages:
         `model://NAME/PATH` is a file of a model of SDFormat.
 
         Args:
-            uri: what the file says.
-            folder: where paths start; None for the folder of the file.
+            uri: the URI or path in the file.
+            folder: base of relative paths; None for the folder of the file.
 
         Raises:
             PackageError: there is no such package, or the file is out of reach.
@@ -110,10 +110,10 @@ class Packages:
         return path
 
     def require(self, path: Path) -> None:
-        """Refuse a file that the robot file must not lead to.
+        """Raise if the robot file may not refer to a file.
 
         Raises:
-            PackageError: it is not below one of the folders that may be read.
+            PackageError: the file is not below an allowed folder.
         """
         plain = Path(os.path.abspath(path))  # noqa: PTH100 - links stay as they are
         if any(plain.is_relative_to(root) for root in self._installed):
@@ -128,7 +128,7 @@ class Packages:
         )
 
     def _enclosing_package(self) -> Path:
-        """The nearest folder around the file that is a package; else the file's own folder."""
+        """The nearest package folder around the file; otherwise the file's folder."""
         for folder in (self.folder, *self.folder.parents):
             if may_be_file(folder / _MANIFEST):
                 return folder
@@ -146,7 +146,7 @@ class Packages:
             yield from _folders_in(folder)
 
     def _searched(self) -> str:
-        """What was searched, and what to do."""
+        """Text on the searched folders, with advice."""
         prefixes = ", ".join(map(str, self.prefixes)) or "not set"
         folders = ", ".join(map(str, self.search_path)) or "none given"
         return (
@@ -167,7 +167,7 @@ def _folders_in(folder: Path) -> Iterator[Path]:
 
 
 def _is_package(folder: Path, name: str) -> bool:
-    """Whether a folder is a package by its package.xml, or by its own name where it has none."""
+    """Whether a folder is a package by its package.xml or, without one, by its folder name."""
     manifest = folder / _MANIFEST
     if not manifest.exists():
         return folder.name == name and folder.is_dir()

@@ -1,4 +1,4 @@
-"""A description file becomes a RobotDescription, or one clear DescriptionError."""
+"""Reading of description files of all formats."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _FARTHEST = {"link": "farthest"}
 
 
 def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> RobotDescription:
-    """Read, check and expand a description file; its content tells which kind it is.
+    """Read, check and expand a description file; its format is recognised by its content.
 
-    Kinds: YAML or JSON of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF,
-    and xacro files of these, whose names end in .xacro.
+    Formats: YAML or JSON of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF,
+        and xacro files of these, whose names end in .xacro.
 
     Args:
         path: of the file.
@@ -48,8 +48,8 @@ def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> Rob
 
     Raises:
         InputError: it has no parameter or argument of a name in the options.
-        DescriptionError: the file is wrong; with file, line, key, what was expected, what to do.
-        NoDescriptionError: there is nothing, or a file of another kind; it is a DescriptionError.
+        DescriptionError: the file is wrong; the error has file, line and key.
+        NoDescriptionError: the file is missing, or of another kind; a DescriptionError.
     """
     path = Path(path)
     require_description(path)
@@ -66,7 +66,7 @@ def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> Rob
     is_xacro = is_xacro_name(path)
     if not is_xacro:
         _refuse_xacro_args(options, path)
-    if reader is None:  # a URDF, whose reader expands xacro itself
+    if reader is None:  # a URDF, whose reader expands xacro
         return read_urdf(path, options=options)
     if is_xacro:
         return _expanded(path, options, reader)
@@ -80,7 +80,7 @@ def parse_description(
 
     Args:
         text: the description.
-        file: named in messages; its folder is where other files are looked for.
+        file: named in messages; relative paths start at its folder.
         options: what it is read with.
 
     Raises:
@@ -106,15 +106,16 @@ def read_urdf(
     options: FileOptions = NO_OPTIONS,
     **entries: Any,
 ) -> RobotDescription:
-    """A robot from a URDF file, with loops and driven joints as plain data of a description file.
+    """Read a URDF file, with closures and driven joints as entries of a description file.
 
     Args:
         path: of the URDF.
         closures: {name: {kind, between: {link: place, link: place}}}.
-        active: driven joints; all without closures, those of a URDF+ where it has them.
+        active: driven joints; by default those of a URDF+, or all joints of a URDF without
+            closures.
         end_effector: a link or {link, xyz, rpy}; None for the link behind the most joints.
         options: what the file is read with.
-        entries: others of a description file, such as `reference` or `frames`.
+        entries: further entries of a description file, such as `reference` or `frames`.
 
     Raises:
         DescriptionError: the file is wrong, or the entries do not fit it.
@@ -135,7 +136,7 @@ def read_urdf(
     document = Document(data, path, {}, options)
     check_schema(document)
     data["name"] = expand_urdf(document, is_alone=True)
-    data.update(entries)  # again, over what the URDF says of these
+    data.update(entries)  # again: they override those of the URDF
     if active:
         data["active"] = list(active)
     elif closures:
@@ -150,7 +151,7 @@ def read_urdf(
 
 
 def _expanded(path: Path, options: FileOptions, reader: XmlDocument) -> RobotDescription:
-    """The robot of a xacro file that becomes SDFormat or MJCF."""
+    """The robot of a xacro file that expands to SDFormat or MJCF."""
     expansion = expand_xacro(path, options)
     document = reader(expansion.root, path, options)
     document.add_files(expansion.files)
@@ -159,7 +160,7 @@ def _expanded(path: Path, options: FileOptions, reader: XmlDocument) -> RobotDes
 
 
 def _names_xacro(data: Any) -> bool:
-    """Whether a description has its links and joints from a xacro file."""
+    """Whether a description refers to a xacro file."""
     entry = data.get("urdf") if isinstance(data, dict) else None
     if isinstance(entry, dict):
         entry = entry.get("file")
@@ -167,7 +168,7 @@ def _names_xacro(data: Any) -> bool:
 
 
 def _set_parameters(document: Document) -> None:
-    """Give parameters the values of the call, with a note for each."""
+    """Set parameters to the values of the call, with a note for each."""
     existing: object = None
     if isinstance(document.data, dict):
         existing = document.data.get("parameters")
@@ -195,14 +196,14 @@ def _refuse_xacro_args(options: FileOptions, file: FilePath) -> None:
 
 
 def _without_tabs(text: str) -> str:
-    """JSON as YAML takes it: it may have tabs between its entries, where YAML has none."""
+    """JSON with tabs between entries replaced by blanks, since YAML does not allow tabs."""
     is_json = text.lstrip("\ufeff \t\r\n").startswith("{")
     return text.replace("\t", " ") if is_json else text
 
 
 def _described(document: Document) -> RobotDescription:
     """Expand, check and build a document that fits the schema."""
-    expand_urdf(document)  # nothing where it is expanded already
+    expand_urdf(document)  # no effect if it is expanded already
     expand_short_forms(document)
     check_names(document)
     check_loop_names(document)

@@ -1,6 +1,6 @@
-"""What stands for a robot's shapes in other tools: rods to the points where something is attached.
+"""Shapes of links in other tools: rods from the link origin to its attachment points.
 
-A description has no shapes.
+A description itself has no shapes.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from ..mechanism.tree import build_tree
 from .extras_reader import payload_body
 
 ROD_RADIUS = 0.01  # over the size of the robot
-SHORTEST_ROD = 1e-6  # [m] shorter ones are omitted
+SHORTEST_ROD = 1e-6  # [m] shorter rods are omitted
 
 
 def all_links(robot: RobotDescription) -> dict[str, Link]:
-    """The links by name, the base first: it has no mass unless the robot gives one."""
+    """All links by name, the base first, which has no mass unless the robot gives one."""
     return {robot.base: Link(robot.base), **robot.links}
 
 
 def attachment_points(robot: RobotDescription, link: str) -> Iterator[Array]:
-    """Points of a link where something is attached, (3,) in its frame [m]."""
+    """Points (3,) [m] of a link at which joints, closures or frames are attached, link frame."""
     for joint in robot.joints.values():
         if joint.parent == link:
             yield joint.translation
@@ -62,8 +62,8 @@ def norm(vector: Array) -> float:
 def extra_frames(robot: RobotDescription) -> Iterator[tuple[str, Frame]]:
     """Frames that are no link frames, under names that no link has.
 
-    A frame with the name of its link is where the link's data were given. It counts where it is
-    not the frame at the joint.
+    A frame with the name of its link is the frame in which the link's data were given. It is
+    included if it differs from the frame at the joint.
     """
     for name, frame in robot.frames.items():
         if name not in robot.links and name != robot.base:

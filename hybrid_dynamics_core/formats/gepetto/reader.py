@@ -35,7 +35,7 @@ def gepetto_document(document: Document) -> Document:
     """The same robot as a document of format 1, with the lines of both files.
 
     Raises:
-        DescriptionError: one of the files is wrong, or says what is not covered.
+        DescriptionError: one of the files is wrong, or has unsupported content.
     """
     reader = _GepettoReader(document)
     reader.read()
@@ -98,7 +98,7 @@ class _GepettoReader:
         )
 
     def replacements(self) -> dict[str, str]:
-        """What joints are replaced by."""
+        """The replacement of each joint, by name."""
         names = self.given_list("joint_name")
         kinds = self.given_list("joint_type")
         if len(names) != len(kinds):

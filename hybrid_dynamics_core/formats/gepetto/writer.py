@@ -1,4 +1,4 @@
-"""A robot as the pair that Gepetto's loader for Pinocchio reads: a robot.yaml, and its URDF.
+"""Writer of a robot.yaml with its URDF, as Gepetto's loader for Pinocchio reads them.
 
 The robot.yaml has closed_loop pairs. The URDF is the spanning tree, with a link without mass at
 either end of every closure. A pair of type 3d ties two origins, one of 6d two frames. An axis is
@@ -20,7 +20,7 @@ from ..extras_writer import extras_of, extras_summary, extras_text
 from ..urdf.writer import FEATURES, add_frame, tree_element
 from ..xml.writer import insert_comment, xml_text
 
-_AXIS_ARM = 0.5  # between the two points that tie an axis, over the size of the robot
+_AXIS_ARM = 0.5  # distance of the two points that tie an axis, over the size of the robot
 _PAIR_TYPES = {
     "planar": "3d",
     "point": "3d",
@@ -38,16 +38,15 @@ class Pair(NamedTuple):
 
 
 def to_gepetto(robot: AnyRobot) -> Pair:
-    """robot.yaml and robot.urdf of a robot; the two belong beside each other, with one stem.
+    """The texts of robot.yaml and robot.urdf, to be saved in one folder with one stem.
 
-    What the pair has no words for stands under a key of its own, which Gepetto's loader passes
-    over.
+    Data that the pair cannot express are under a key of their own, which Gepetto's loader ignores.
 
     Args:
-        robot: that is written, or its description.
+        robot: the robot to write, or its description.
 
     Raises:
-        InputError: it is neither.
+        InputError: `robot` is neither.
     """
     description = description_of(robot)
     root = tree_element(description)
@@ -78,7 +77,7 @@ class _Pairs:
     """Pairs of links without mass at the ends of closures.
 
     Attributes:
-        arm: between the two points that tie an axis [m].
+        arm: distance of the two points that tie an axis [m].
         ends: names of the two links of each pair.
         types: 3d or 6d of each pair.
         names: of the pairs.

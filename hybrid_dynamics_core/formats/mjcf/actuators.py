@@ -1,4 +1,4 @@
-"""Actuators of MJCF: which joints are driven. How they are controlled is left out."""
+"""Actuators of MJCF: driven joints and effort limits. Control laws are ignored."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ActuatorReader:
         self.xml = model.xml
         self.tendons = tendons
         self.names = bodies.single_joints()
-        self.pulled: list[tuple[Actuator, list[str]]] = []  # with the joints of its tendon
+        self.pulled: list[tuple[Actuator, list[str]]] = []  # (actuator, joints of its tendon)
         self.on_joints: dict[str, list[Actuator]] = {}
 
     def driven(self, settings: Settings) -> dict[str, LocatedElement]:
@@ -48,7 +48,7 @@ class ActuatorReader:
         return driven
 
     def _joint(self, actuator: Actuator, element: LocatedElement) -> str:
-        """The first joint that an actuator drives; nothing where it drives none."""
+        """The first joint that an actuator drives; empty if it drives none."""
         if actuator.kind in _ON_A_JOINT:
             if actuator.target in self.names:
                 return self.names[actuator.target]
@@ -69,7 +69,7 @@ class ActuatorReader:
         self.xml.note(element, f"<{element.tag}> is left out: {reason}")
 
     def add_pulled(self, driven: dict[str, LocatedElement]) -> None:
-        """Let a drive that pulls joints which nothing couples drive each of them."""
+        """Make each joint of a tendon drive active if no equality couples them."""
         for actuator, joints in self.pulled:
             terms = dict.fromkeys(joints, 1.0)
             leading, _ = self.tendons.of_leading_joints(terms)
@@ -87,14 +87,14 @@ class ActuatorReader:
     # -- effort limits
 
     def add_effort_limits(self) -> None:
-        """Limit the efforts of joints to what their actuators give."""
+        """Limit the efforts of joints to those of their actuators."""
         joints = self.xml.document.section("joints")
         pulling = [actuator for actuator, _ in self.pulled]
         for name, actuators in self.on_joints.items():
             limits: list[float] = []
             for actuator in actuators:
                 limits.extend(self._effort(actuator))
-                if actuator in pulling:  # a tendon has another lever
+                if actuator in pulling:  # a tendon has a lever of its own
                     element = self.model.element(actuator.line)
                     self.xml.note(element, "the effort limit of a tendon's drive is left out")
                     limits = []
@@ -104,7 +104,7 @@ class ActuatorReader:
                 entry["effort_limit"] = min(total, entry.get("effort_limit", total))
 
     def _effort(self, actuator: Actuator) -> list[float]:
-        """The largest effort along a joint; none where it has no bound."""
+        """The largest effort along a joint; empty if it is unbounded."""
         element = self.model.element(actuator.line)
         gear, *others = actuator.gear
         if gear != 1.0 or any(others):
@@ -118,9 +118,9 @@ class ActuatorReader:
         return [min(bounds)] if bounds else []
 
     def _ranges(self, actuator: Actuator, element: LocatedElement) -> dict[str, list[float]]:
-        """Ranges that bound the force of an actuator, by their words."""
+        """Ranges that bound the force of an actuator, by attribute name."""
         ranges = {"forcerange": actuator.force_range}
-        if actuator.gain:  # its control is its force
+        if actuator.gain:  # the control is the force
             ranges["ctrlrange"] = actuator.control_range
         for word, limits in ranges.items():
             if not limits and word in element.attributes:

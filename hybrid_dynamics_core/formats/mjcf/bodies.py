@@ -29,7 +29,7 @@ class BodyReader:
 
     Attributes:
         names: of bodies and joints.
-        freedoms: joints as the description has them, by their numbers.
+        freedoms: joints of the description, by their MuJoCo number.
         moving: numbers of bodies that move.
     """
 
@@ -72,7 +72,7 @@ class BodyReader:
             self.xml.add(("joints", f"{link}_fixed"), fixed, element)
 
     def _add_chain(self, body: Body, links: tuple[str, str], pose: Transform) -> None:
-        """Add the joints between two links in a row; massless links stand between them."""
+        """Add a chain of joints between two links, with massless links in between."""
         parent, link = links
         chain: list[tuple[Freedom, LocatedElement]] = []
         start = pose

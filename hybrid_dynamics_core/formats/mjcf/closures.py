@@ -31,7 +31,7 @@ class ClosureReader:
         """Add a closure.
 
         Raises:
-            DescriptionError: it ties two places of one body.
+            DescriptionError: both ends are on one body.
         """
         if self._is_led_by_hand(equality):
             return
@@ -49,7 +49,7 @@ class ClosureReader:
         self.xml.add(("closures", name), entry, self.model.element(equality.line))
 
     def _is_led_by_hand(self, equality: Equality) -> bool:
-        """Whether a constraint ends on a body that a program moves, which is no part of a robot."""
+        """Whether a constraint ends on a mocap body, which is no part of the robot."""
         bodies = self.model.content.bodies
         for number in self._body_numbers(equality):
             if bodies[number].is_mocap:
@@ -65,7 +65,7 @@ class ClosureReader:
         return [self.model.content.sites[number].body for number in equality.ends]
 
     def _ends(self, equality: Equality) -> list[Place]:
-        """The two places that are tied."""
+        """The two ends of a constraint."""
         if equality.is_between_sites:
             self.tied_sites.update(equality.ends)
             return [self.bodies.site(number) for number in equality.ends]
@@ -74,7 +74,7 @@ class ClosureReader:
         if equality.kind == "connect":
             at_one = Transform(translation=frozen(data[0:3]))
             at_other = Transform(translation=frozen(data[3:6]))
-        else:  # the anchor in the second body, and its pose in the first
+        else:  # an anchor in the second body, and its pose in the first
             at_one = pose_of(data[3:6], data[6:10])
             at_other = Transform(translation=frozen(data[0:3]))
         return [Place(one, at_one), Place(other, at_other)]

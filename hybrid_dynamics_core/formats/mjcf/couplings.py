@@ -1,4 +1,4 @@
-"""Joint equalities of MJCF: joints that follow others, or are held at one coordinate."""
+"""Joint equalities of MJCF: joints that follow others, or are fixed at a coordinate."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ class CouplingReader:
         self.xml = model.xml
         self.document = model.xml.document
         self.names = bodies.single_joints()
-        self.refs: dict[str, float] = {}  # of hinges and slides
+        self.refs: dict[str, float] = {}  # `ref` of hinges and slides
         for number, name in self.names.items():
             self.refs[name] = model.content.joints[number].drawn
         self.couplings: list[_Coupling] = []
 
     def read(self, equality: Equality) -> None:
-        """Read one coupling: deviations from the drawn pose are a polynomial of each other.
+        """Read one coupling: a polynomial between displacements from the drawn configuration.
 
         Raises:
-            DescriptionError: it is no polynomial of first degree.
+            DescriptionError: the polynomial is not linear.
         """
         element = self.model.element(equality.line)
         first, second = equality.ends
@@ -73,17 +73,17 @@ class CouplingReader:
         offset: float,
         element: LocatedElement,
     ) -> None:
-        """Let a joint follow another one, or hold it where there is none."""
+        """Couple a joint to others, or fix it if there are none."""
         if not multipliers:
             self.hold(follower, offset, element)
         for source, multiplier in multipliers.items():
             self.couplings.append(_Coupling(follower, source, multiplier, offset, element))
 
     def add(self, driven: Collection[str]) -> None:
-        """Make joints that are coupled followers of one of them, a driven one where there is one.
+        """Make coupled joints followers of one of them; a driven one is preferred.
 
         Raises:
-            DescriptionError: couplings form a circle.
+            DescriptionError: couplings form a cycle.
         """
         sources = {coupling.source for coupling in self.couplings}
         followers = {coupling.joint for coupling in self.couplings}
@@ -97,7 +97,7 @@ class CouplingReader:
                 self._follow(root, waiting, placed)
 
     def _follow(self, leader: str, waiting: list[_Coupling], placed: set[str]) -> None:
-        """Let what is coupled with a joint follow it, and what is coupled with that."""
+        """Make all joints that are coupled to a joint, directly or through others, follow it."""
         for coupling in list(waiting):
             if leader not in (coupling.joint, coupling.source) or coupling not in waiting:
                 continue
@@ -146,7 +146,7 @@ class CouplingReader:
 
 
 def _moved(joint: Data, displacement: float) -> Transform:
-    """What a joint does to its child at a displacement from the drawn pose [rad or m]."""
+    """Motion of a joint's child at a displacement from the drawn configuration [rad or m]."""
     axis = unit_axis(joint["axis"])
     if joint["type"] == "revolute":
         return Transform(rotation_about(axis, displacement))

@@ -1,4 +1,4 @@
-"""Files that an MJCF file includes: their content stands in place of <include>, as in MuJoCo."""
+"""Included files of MJCF: their content replaces <include>, as in MuJoCo."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _MAX_FILES = 500
 
 
 def open_includes(xml: XmlReader, packages: Packages) -> None:
-    """Put the content of included files in place of every <include>.
+    """Replace every <include> by the content of its file.
 
-    Paths start at the folder of the including file, or of the first file. A file is included once.
+    Paths are relative to the including file or to the first file. A file may be included only once.
 
     Args:
         xml: the first file.
-        packages: know which files it may read.
+        packages: decides which files may be read.
 
     Raises:
-        DescriptionError: a file is not there or out of reach, is included twice, or is no MJCF.
+        DescriptionError: a file is missing, out of reach, included twice, or no MJCF.
     """
     _Includes(xml, packages).open_inside(xml.root, xml.file.parent)
 

@@ -22,10 +22,10 @@ class Freedom:
 
     Attributes:
         name: of the joint.
-        entry: type, axis, limits and effects, as a description has them.
-        before: pose of its frame in the frame that the one before has reached.
-        after: pose of the frame of the body behind it, in its own frame.
-        ref: coordinate in the drawn pose [rad or m].
+        entry: type, axis, limits and effects, as an entry of a description.
+        before: pose of its frame in the frame after the joint before.
+        after: pose of the child body's frame in its own frame.
+        ref: coordinate in the drawn configuration [rad or m].
     """
 
     name: str
@@ -42,7 +42,7 @@ class JointReader:
         self.model = model
         self.xml = model.xml
         self.settings = settings
-        self.armatures: dict[int, float] = {}  # of actuators, by number of the joint
+        self.armatures: dict[int, float] = {}  # armature of actuators, by joint number
         self.dampings: dict[int, float] = {}
         for actuator in model.content.actuators:
             self._add_rotor(actuator)
@@ -69,7 +69,7 @@ class JointReader:
         """The freedom of a hinge or slide.
 
         Raises:
-            DescriptionError: it has a spring or damper that is not linear.
+            DescriptionError: a spring or damper is not linear.
         """
         joint = self.model.content.joints[number]
         entry: Data = {
@@ -105,12 +105,12 @@ class JointReader:
         """Friction, drive and spring of a joint.
 
         Args:
-            joint: of any kind.
+            joint: a joint of any type.
             name: of the joint.
-            number: of a hinge or slide, to which actuators may add.
+            number: number of a hinge or slide, for the armature of its actuators.
 
         Raises:
-            DescriptionError: it has a spring or damper that is not linear.
+            DescriptionError: a spring or damper is not linear.
         """
         self._require_linear(joint, name)
         viscous = 0.0
@@ -143,7 +143,7 @@ class JointReader:
 
 
 def largest_of(model: MjcfModel, line: str, word: str, limits: list[float]) -> float:
-    """The larger end of a range of efforts, with a note where its ends differ."""
+    """The larger bound of a range of efforts, with a note if the bounds differ."""
     lower, upper = limits
     largest = max(-lower, upper)
     if lower != -upper:

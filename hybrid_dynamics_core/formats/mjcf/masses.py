@@ -1,4 +1,4 @@
-"""Masses of bodies, as MuJoCo makes them of <inertial> and shapes."""
+"""Masses of bodies, as MuJoCo computes them from <inertial> and shapes."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .compiler.compiled import Body
 
-NEGLIGIBLE = 1e-9  # [kg, kg m^2] stands for none, since MuJoCo wants some mass of what moves
+NEGLIGIBLE = 1e-9  # [kg, kg m^2] counts as zero, since MuJoCo requires a mass of moving bodies
 _SAME = 1e-9  # relative
 
 
 def mass_entry(body: Body, name: str, xml: XmlReader, element: LocatedElement) -> Data:
-    """Mass, centre of mass and inertia of a body; nothing where they stand for none.
+    """Mass, centre of mass and inertia of a body; empty if they count as zero.
 
     Args:
-        body: which moves, or has an <inertial>.
+        body: a body that moves or has an <inertial>.
         name: of its link.
-        xml: takes notes.
-        element: the body.
+        xml: collects notes.
+        element: element of the body.
 
     Raises:
         DescriptionError: a number is not finite.
@@ -42,7 +42,7 @@ def mass_entry(body: Body, name: str, xml: XmlReader, element: LocatedElement) -
 
 
 def _is_as_written(body: Body, moments: Array) -> bool:
-    """Whether a body has the mass and the principal moments of its <inertial>."""
+    """Whether a body has the mass and principal moments of its <inertial>."""
     mass, *written = body.written
     apart = np.abs(moments - written).max()
     near = apart <= _SAME * float(np.abs(moments).max())

@@ -1,4 +1,4 @@
-"""Names of bodies and joints: those of the file, and stable ones for what has none."""
+"""Names of bodies and joints: those of the file, or generated ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Names:
     Attributes:
         bodies: `body3` and the like for those without a name.
         joints: `joint7` and the like for those without a name.
-        given: names that were given here, by kind.
+        given: generated names, by kind.
     """
 
     def __init__(self, bodies: Sequence[Body], joints: Sequence[Joint]) -> None:

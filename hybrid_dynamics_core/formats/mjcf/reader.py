@@ -1,7 +1,8 @@
-"""MJCF -> a document: bodies on hinges and slides, closures, followers, driven joints.
+"""Reader of MJCF: bodies on hinges and slides, closures, followers, driven joints.
 
-MuJoCo itself parses and compiles the file, so every word means what it means there. What would
-change the robot and has no words here is refused with its line. All else is left out, with a note.
+MuJoCo itself parses and compiles the file, so every word has its MuJoCo meaning. Content that
+changes the robot but cannot be represented is refused with its line. All other content is left out
+with a note.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ def mjcf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OP
     """The document of an MJCF file.
 
     Args:
-        root: of the file.
+        root: root element of the file.
         file: its path; meshes and included files are below its folder, or the search path.
-        options: what it is read with.
+        options: options for reading.
 
     Raises:
-        DescriptionError: MuJoCo does not take it, or it says what is not covered.
+        DescriptionError: MuJoCo refuses it, or it has unsupported content.
     """
     data = {
         "format": 1,
@@ -79,7 +80,7 @@ class _MjcfReader:
         self.document.data["gravity"] = self.settings.gravity
         self.bodies.read()
         for link in self.document.section("links"):
-            self.document.rounded_links.add(link)  # saved files have six digits
+            self.document.rounded_links.add(link)  # files saved by MuJoCo have six digits
         couplings = CouplingReader(self.model, self.bodies)
         tendons = TendonReader(self.model, couplings)
         tendons.check(self.settings.disabled)
@@ -95,7 +96,7 @@ class _MjcfReader:
         self.add_extras()
 
     def add_equalities(self, couplings: CouplingReader, tendons: TendonReader) -> None:
-        """Add closures and read followers; sites that no closure ties become frames."""
+        """Add closures and followers; sites without a closure become frames."""
         closures = ClosureReader(self.model, self.bodies)
         for equality in self.model.content.equalities:
             element = self.model.element(equality.line)
@@ -114,7 +115,7 @@ class _MjcfReader:
         self.add_sites(closures.tied_sites)
 
     def add_sites(self, tied: set[int]) -> None:
-        """Make sites that no closure ties frames."""
+        """Add sites without a closure as frames."""
         frames = self.document.section("frames")
         links = self.document.section("links")
         for number, site in enumerate(self.model.content.sites):
@@ -135,7 +136,7 @@ class _MjcfReader:
     # -- drives and reference
 
     def add_active(self, driven: dict[str, LocatedElement]) -> None:
-        """Make the joints with actuators active, but for those that follow others or are held."""
+        """Make the joints with actuators active, except those that follow others or are fixed."""
         joints = self.document.section("joints")
         active: list[str] = []
         for name, element in driven.items():
@@ -155,7 +156,7 @@ class _MjcfReader:
         self.document.data["active_set"] = "motors"
 
     def add_reference(self) -> None:
-        """Read the first keyframe with coordinates; without one, the robot is as drawn."""
+        """Read the reference from the first keyframe with coordinates; by default, as drawn."""
         for keyframe in self.xml.root.all("keyframe"):
             for key in keyframe.all("key"):
                 if key is not self.model.key:
@@ -169,7 +170,7 @@ class _MjcfReader:
         self.document.data["reference"] = reference
 
     def drawn(self) -> Data:
-        """The coordinates of hinges and slides as the file draws them, within their limits."""
+        """The coordinates of hinges and slides in the drawn configuration, within their limits."""
         joints = self.document.section("joints")
         values: Data = {}
         for freedom in self.bodies.freedoms.values():
@@ -179,7 +180,7 @@ class _MjcfReader:
         return values
 
     def within(self, name: str, limits: Sequence[float], drawn: float) -> float:
-        """The drawn coordinate of a joint, or the limit that is nearest to it."""
+        """The drawn coordinate of a joint, moved to the nearest limit if beyond."""
         lower, upper = limits
         nearest = min(max(drawn, lower), upper)
         if nearest != drawn:
@@ -189,7 +190,7 @@ class _MjcfReader:
         return nearest
 
     def coordinates(self, key: list[float]) -> Data:
-        """The coordinates of all joints in a keyframe; of balls and free joints their poses."""
+        """The coordinates of all joints in a keyframe; poses for ball and free joints."""
         values: Data = {}
         for number, freedom in self.bodies.freedoms.items():
             joint = self.model.content.joints[number]
@@ -203,7 +204,7 @@ class _MjcfReader:
         return values
 
     def add_extras(self) -> None:
-        """Join what this library wrote into <custom>."""
+        """Merge the extras that this library wrote into <custom>."""
         for custom in self.xml.root.all("custom"):
             for text in custom.all("text"):
                 if text.get("name") == TAG:

@@ -1,4 +1,4 @@
-"""Settings of a model: gravity, what is disabled, and what surrounds it."""
+"""Settings of a model: gravity, disabled flags, surrounding fluid."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from ..xml.located_xml import LocatedElement
 from .compiler.model import MjcfModel
 
-_MEANINGS = {  # of what is disabled, in words
+_MEANINGS = {  # texts for disabled flags
     "constraint": "loops, couplings, limits and dry friction are left out",
     "equality": "loops and couplings are left out",
     "frictionloss": "dry friction is left out",
@@ -21,7 +21,7 @@ _CONSTRAINTS = ("equality", "frictionloss", "limit")
 
 
 class Settings:
-    """What holds for the whole model.
+    """Gravity and disabled flags of a model.
 
     Attributes:
         disabled: flags that are off.
@@ -39,11 +39,11 @@ class Settings:
         self.shares: dict[int, float] = {}
 
     def has(self, word: str) -> bool:
-        """Whether a flag is not off."""
+        """Whether a flag is on."""
         return word not in self.disabled
 
     def read(self, moving: Collection[int]) -> None:
-        """Check and note what changes the whole model.
+        """Read all settings, and add notes on those that change the model.
 
         Args:
             moving: numbers of bodies that move.
@@ -118,7 +118,7 @@ class Settings:
         return bool(held)
 
     def _element(self, tag: str, attribute: str) -> LocatedElement | None:
-        """The last element that says something."""
+        """The last element with a tag and attribute."""
         elements = [*self.xml.root.all("option")]
         for option in self.xml.root.all("option"):
             elements.extend(option.all("flag"))

@@ -1,6 +1,6 @@
 """Ball and free joints of MJCF.
 
-All that the reader knows of joints of several degrees of freedom stands here.
+All code of the reader for joints of several degrees of freedom is here.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ def several_freedoms(joints: JointReader, joint: Joint, name: str, body: Transfo
     """A ball or free joint.
 
     Args:
-        joints: reads what acts along joints.
+        joints: reader of limits and effects of joints.
         joint: ball or free.
         name: of the joint.
-        body: pose of its body, in the body around it.
+        body: pose of its body in the parent body.
 
     Raises:
-        DescriptionError: it has a spring, or friction that has no axes here.
+        DescriptionError: it has a spring, or friction that cannot be represented.
     """
     model = joints.model
     _require_linear(model, joint, name)
@@ -43,12 +43,12 @@ def several_freedoms(joints: JointReader, joint: Joint, name: str, body: Transfo
 
 
 def pose_in_keyframe(joint: Joint, drawn: Transform, numbers: Sequence[float]) -> Data:
-    """The pose of a ball or free joint from where it is drawn, from its numbers in qpos.
+    """The pose of a ball or free joint relative to its drawn pose, from its numbers in qpos.
 
     Args:
         joint: ball or free.
-        drawn: pose of its body in the world, where it is free.
-        numbers: of the joint.
+        drawn: drawn pose of its body in the world, for a free joint.
+        numbers: numbers of the joint in qpos.
     """
     if joint.kind == "ball":
         return {"quat": quat_entry(rotation_of(numbers))}
@@ -57,7 +57,7 @@ def pose_in_keyframe(joint: Joint, drawn: Transform, numbers: Sequence[float]) -
 
 
 def _require_linear(model: MjcfModel, joint: Joint, name: str) -> None:
-    """Refuse what has no words for a whole turn."""
+    """Refuse springs and dampers that cannot be represented."""
     problem = ""
     if joint.stiffness:
         problem = f"stiffness of a {joint.kind} joint is {joint.stiffness:g}; expected 0"

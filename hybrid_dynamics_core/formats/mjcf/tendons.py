@@ -1,4 +1,4 @@
-"""Fixed tendons of MJCF: a sum of joint coordinates that an equality holds, or a drive pulls."""
+"""Fixed tendons of MJCF: sums of joint coordinates in equalities or actuators."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .compiler.compiled import Equality, Tendon
 from .compiler.model import MjcfModel
 from .couplings import CouplingReader
 
-_FLAGS = {  # that switch off what acts along a tendon
+_FLAGS = {  # flags that switch off forces of tendons
     "stiffness": "spring",
     "stiffness of higher degree": "spring",
     "damping": "damper",
@@ -24,7 +24,7 @@ _FLAGS = {  # that switch off what acts along a tendon
 
 @dataclass(frozen=True)
 class _Sum:
-    """The sum of coefficients times coordinates has a value."""
+    """An equation: the sum of coefficients times coordinates equals a value."""
 
     coefficients: Mapping[str, float]
     value: float
@@ -32,7 +32,7 @@ class _Sum:
 
 
 class TendonReader:
-    """Reads <tendon>, and the equalities that hold one."""
+    """Reads <tendon>, and equalities of tendons."""
 
     def __init__(self, model: MjcfModel, couplings: CouplingReader) -> None:
         self.model = model
@@ -44,7 +44,7 @@ class TendonReader:
         self.sums: list[_Sum] = []
 
     def check(self, disabled: Collection[str]) -> None:
-        """Refuse tendons that pull by themselves.
+        """Refuse tendons with forces of their own.
 
         Args:
             disabled: flags that are off.
@@ -63,10 +63,10 @@ class TendonReader:
                 raise self._error(self.model.element(tendon.line), problem)
 
     def read(self, equality: Equality) -> None:
-        """Read a sum of coordinates that an equality holds, or ties to another sum.
+        """Read an equality that fixes a tendon's length, or couples it to another tendon.
 
         Raises:
-            DescriptionError: a tendon is spatial, or lengths are not tied in the first degree.
+            DescriptionError: a tendon is spatial, or the equality is not linear.
         """
         element = self.model.element(equality.line)
         first, second = equality.ends
@@ -98,11 +98,11 @@ class TendonReader:
         self.couplings.couple(follower, multipliers, value / scale, element)
 
     def coefficients(self, number: int, element: LocatedElement) -> dict[str, float]:
-        """The coefficient of each joint of a tendon that is not zero.
+        """The coefficients of a tendon that are not zero, by joint.
 
         Args:
-            number: of the tendon.
-            element: that names the tendon.
+            number: number of the tendon.
+            element: element that names the tendon, for errors.
         """
         tendon: Tendon = self.tendons[number]
         self.used.add(number)
@@ -119,7 +119,7 @@ class TendonReader:
         return coefficients
 
     def add(self, driven: Collection[str]) -> None:
-        """Make one joint of each sum a follower of the others, one that is not driven."""
+        """Make one joint of each sum a follower of the others; it must not be driven."""
         for tied in self.sums:
             self._add_sum(tied, driven)
         for number, tendon in enumerate(self.tendons):
@@ -145,7 +145,7 @@ class TendonReader:
             self.couplings.hold(follower, value / scale, tied.element)
 
     def _follower(self, coefficients: Mapping[str, float], driven: Collection[str]) -> str:
-        """The first joint that is not driven and follows no others yet."""
+        """The first joint that is neither driven nor a follower."""
         joints = self.document.section("joints")
         for name in coefficients:
             if name not in driven and "mimic" not in joints[name]:
@@ -153,14 +153,14 @@ class TendonReader:
         return next(iter(coefficients))
 
     def _is_circular(self, coefficients: Mapping[str, float], driven: Collection[str]) -> bool:
-        """Whether the follower follows others already, or is followed by them."""
+        """Whether the follower would follow itself through others."""
         follower = self._follower(coefficients, driven)
         others = {name: value for name, value in coefficients.items() if name != follower}
         leading, _ = self.of_leading_joints(others)
         return follower in leading or "mimic" in self.document.section("joints")[follower]
 
     def of_leading_joints(self, terms: Mapping[str, float]) -> tuple[dict[str, float], float]:
-        """A sum of coordinates by those of joints that follow none, and what is added to it."""
+        """Coefficients and constant of a sum, with followers replaced by their leaders."""
         joints = self.document.section("joints")
         total: dict[str, float] = {}
         added = 0.0

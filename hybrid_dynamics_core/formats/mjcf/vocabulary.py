@@ -1,8 +1,8 @@
-"""The vocabulary of MJCF: what MuJoCo reads for us, and what is left out with a note.
+"""The vocabulary of MJCF: words that MuJoCo reads for us, and words left out with a note.
 
-https://mujoco.readthedocs.io/en/stable/XMLreference.html. What words mean is MuJoCo's to say; this
-table says which of them count. Settings of solver, contacts, pictures and files are left out. A
-word that is not here, as of a newer MuJoCo, is refused.
+https://mujoco.readthedocs.io/en/stable/XMLreference.html. MuJoCo decides what words mean, this
+table which of them are used. Settings of solver, contacts, pictures and files are left out. A word
+that is not listed, such as one of a newer MuJoCo, is refused.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ MJCF: dict[str, Vocabulary] = {
         "count euler offset sep prefix childclass", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
     ),
     "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
-    "geom": vocabulary(  # is left out but for its mass, which the reader says
+    "geom": vocabulary(  # only its mass is used, as a note of the reader says
         "name class type size pos fromto mass density mesh group contype conaffinity condim"
         " priority friction solmix solref solimp margin gap adhesion surfacevel material rgba"
         f" castshadow hfield fitscale fluidshape fluidcoef user shellinertia {_ORIENTATIONS}",
@@ -141,7 +141,7 @@ _PICTURES = "texture material skin hfield"
 _NO_DEFAULTS = "texture material camera light pair adhesion orientation"
 _FILES = "assetdir meshdir texturedir strippath discardvisual fusestatic alignfree"
 
-# What MuJoCo is not given, by the element around it; "" for any:
+# Elements removed from MuJoCo's input, by parent element; "" for any:
 OMITTED: dict[str, frozenset[str]] = {
     "mujoco": frozenset(_WITHOUT_MEANING.split()),
     "asset": frozenset(_PICTURES.split()),

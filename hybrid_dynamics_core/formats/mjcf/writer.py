@@ -1,7 +1,8 @@
-"""A robot as MJCF for MuJoCo: tree, equality constraints for closures, motors of active joints.
+"""Writer of MJCF: tree, equality constraints for closures, motors of active joints.
 
-MuJoCo holds loops by stiff springs, so it agrees with this library as far as these are stiff. The
-keyframe `reference` is the closed reference configuration, with the motors' efforts that hold it.
+MuJoCo closes loops by stiff soft constraints, so it agrees with this library only approximately.
+The keyframe `reference` is the closed reference configuration, with the motor efforts of its
+statics.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
 from .masses import NEGLIGIBLE
 
 _TIME_STEP = 5e-4  # [s] of MuJoCo's integrator
-# The stiffest that MuJoCo takes at this step:
+# The stiffest constraints that MuJoCo allows at this step:
 _STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 _FEATURES = frozenset(
     {
@@ -48,7 +49,7 @@ _FEATURES = frozenset(
 # Rows and columns of xx, yy, zz, xy, xz, yz, MuJoCo's order:
 _MOMENT_ROWS = (0, 1, 2, 0, 0, 1)
 _MOMENT_COLUMNS = (0, 1, 2, 1, 2, 2)
-_AXIS_ARM = 0.5  # between the two points that tie an axis, over the size of the robot
+_AXIS_ARM = 0.5  # distance of the two points that tie an axis, over the size of the robot
 _ROUNDING = 1e-15  # relative, of moments
 _INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 
@@ -56,14 +57,14 @@ _INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 def to_mjcf(robot: AnyRobot) -> str:
     """MJCF text of a robot, with the same names of links and joints.
 
-    Weight, masses, friction, drives and springs are the same. Coulomb friction is MuJoCo's, which
-    needs no smoothing. Hydraulic pressures are omitted: motors give forces.
+    Weight, masses, friction, drives and springs are the same. Coulomb friction is MuJoCo's, without
+    smoothing. Hydraulic cylinders become motors with forces, without pressures.
 
     Args:
-        robot: that is written, or its description.
+        robot: the robot to write, or its description.
 
     Raises:
-        InputError: it is neither.
+        InputError: `robot` is neither.
     """
     return _MjcfWriter(robot_of(robot)).text()
 
@@ -103,7 +104,7 @@ class _MjcfWriter:
         SubElement(option, "flag", contact="disable")
 
     def add_extras(self, root: Element) -> None:
-        """Add what MJCF has no words for, where MuJoCo keeps texts of users."""
+        """Add data that MJCF cannot express, as a text in <custom>."""
         robot = self.description
         extras: Data = {"base": robot.base, **extras_of(robot, _FEATURES)}
         extras.setdefault("links", {})
@@ -126,7 +127,7 @@ class _MjcfWriter:
     # -- bodies
 
     def fill(self, body: Element, link: str) -> None:
-        """Add shapes, sites, payloads and the bodies that hang on a link."""
+        """Add shapes, sites, payloads and child bodies of a link."""
         self.add_rods(body, link)
         for closure in self.description.closures:
             self.add_closure_sites(body, link, closure)
@@ -148,7 +149,7 @@ class _MjcfWriter:
             SubElement(body, "geom", {**shape, **_INVISIBLE_TO_CONTACTS})
 
     def add_closure_sites(self, body: Element, link: str, closure: Closure) -> None:
-        """Add sites at the ends of a closure on a link, and for an axis others along it."""
+        """Add sites at the ends of a closure on a link and, for an axis, a second site along it."""
         for letter, frame in zip("ab", closure.frames(), strict=True):
             if frame.link != link:
                 continue
@@ -198,7 +199,7 @@ class _MjcfWriter:
                 self.add_tendon(root, equality, follower, mimic)
 
     def add_tendon(self, root: Element, equality: Element, follower: str, mimic: Mimic) -> None:
-        """Add a follower of several joints: a tendon of a fixed length that sums them up."""
+        """Add a follower of several joints, as an equality of a fixed tendon."""
         tendons = root.find("tendon")
         if tendons is None:
             tendons = SubElement(root, "tendon")
@@ -211,7 +212,7 @@ class _MjcfWriter:
         SubElement(equality, "tendon", {"tendon1": name, "polycoef": polynomial, **_STIFF})
 
     def add_keyframe(self, root: Element, world: Element) -> None:
-        """Add the closed reference, coordinates in MuJoCo's order, and the efforts that hold it."""
+        """Add the closed reference as a keyframe, with the efforts of its statics."""
         state = self.robot.close(self.robot.reference)
         coordinates = dict(zip(self.robot.coordinates, state.s.tolist(), strict=True))
         order = [joint.get("name", "") for joint in world.iter("joint")]
@@ -241,14 +242,14 @@ def _add_placed(parent: Element, tag: str, name: str, frame: Frame) -> Element:
 
 
 def _cannot_be_said(link: Link) -> bool:
-    """Whether MuJoCo would refuse a link, or take it for another one."""
+    """Whether MuJoCo would refuse a link, or change its inertia."""
     if not link.mass and link.inertia.any():
         return True
     return _possible(link.inertia) is not link.inertia
 
 
 def _possible(inertia: Array) -> Array:
-    """The tensor, or the nearest one that MuJoCo takes: it allows no rounding but next to zero."""
+    """The tensor, or the nearest one within MuJoCo's strict tolerance."""
     moments = np.linalg.eigvalsh(inertia)
     least = max(moments[0], NEGLIGIBLE)
     if moments[0] >= -_ROUNDING and least + moments[1] >= moments[2] * (1.0 + _ROUNDING):
@@ -266,7 +267,7 @@ def _add_inertial(body: Element, link: Link) -> None:
 
 
 def _effect_attributes(robot: RobotDescription, joint: str) -> dict[str, str]:
-    """Drive, friction and spring of a joint; a preload shifts the spring's rest."""
+    """Armature, friction and spring of a joint; a preload shifts the spring's rest position."""
     effect = effects_of(robot, joint)
     attributes: dict[str, str] = {}
     if effect.armature:
@@ -294,6 +295,6 @@ def _add_tie(equality: Element, closure: Closure, suffix: str) -> None:
 
 
 def _quaternion(rotation: Array) -> str:
-    """w, x, y, z, as MuJoCo has it."""
+    """A quaternion w, x, y, z as text."""
     x, y, z, w = canonical(quaternion(rotation))
     return numbers_text([w, x, y, z])

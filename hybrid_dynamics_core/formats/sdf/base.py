@@ -1,4 +1,4 @@
-"""What of an SDFormat model does not move: a link, or the world with links on it."""
+"""The base of an SDFormat model: a link, or the world with links fixed to it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _MAX_LISTED = 8  # links in a note
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """What does not move.
+    """The base, and the links fixed to it.
 
     Attributes:
         link: the base.
-        on_it: links that stand still on it.
-        joints: of the links that may move.
+        on_it: links fixed to it.
+        joints: joints of the movable links.
     """
 
     link: str
@@ -29,10 +29,9 @@ class Base:
 
 
 def find_base(xml: XmlReader, poses: ModelPoses, joints: Sequence[JointReader]) -> Base:
-    """What of a model does not move.
+    """Find the base of a model.
 
-    Parts that no joint connects with the world stand still, each at its first link without a
-    parent.
+    Each part without a joint to the world is fixed at its first link without a parent.
 
     Args:
         xml: the file, whose links are in the document.
@@ -60,10 +59,10 @@ def _welds_child(joint: JointReader) -> bool:
 
 
 def _loose_roots(xml: XmlReader, joints: Sequence[JointReader], is_grounded: bool) -> list[str]:
-    """A link of each part that no joint connects with the world."""
+    """A root link of each part without a joint to the world."""
     links = list(xml.document.section("links"))
     children = {joint.child() for joint in joints}
-    in_order = sorted(links, key=lambda link: link in children)  # those without a parent first
+    in_order = sorted(links, key=lambda link: link in children)  # links without a parent first
     reached: set[str] = set()
     if is_grounded:
         reached = reached_links(joints, WORLD)
@@ -76,7 +75,7 @@ def _loose_roots(xml: XmlReader, joints: Sequence[JointReader], is_grounded: boo
 
 
 def _put_on_world(xml: XmlReader, poses: ModelPoses, root: str) -> None:
-    """Fix a link where it is drawn: what a part is that floats, until such bases are covered."""
+    """Fix the root of a floating part at its drawn pose."""
     origin = pose_entry(poses.in_link(WORLD, poses.link(root)))
     entry = {"type": "fixed", "parent": WORLD, "child": root, "origin": origin}
     joints = xml.document.section("joints")

@@ -1,4 +1,4 @@
-"""Gravity of an SDFormat model: that of its world, unless its links are without."""
+"""Gravity of an SDFormat model: that of its world, unless links switch it off."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .poses import WORLD, ModelPoses
 
-_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] of a world that does not say
+_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] default of SDFormat
 _STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 _NO = ("false", "0")
 
@@ -17,13 +17,13 @@ _NO = ("false", "0")
 def gravity_entry(
     xml: XmlReader, poses: ModelPoses, model: LocatedElement, world: LocatedElement | None
 ) -> list[float]:
-    """Gravity (3,) [m/s^2] in the base frame; the model may stand in the world at a slant.
+    """Gravity (3,) [m/s^2] in the base frame, which may be tilted in the world.
 
     Args:
         xml: the file, whose links and joints are in the document.
         poses: of the model.
         model: the model.
-        world: around it, if there is one.
+        world: the world, or None.
     """
     base = xml.document.data["base"]
     rotation = np.eye(3)
@@ -38,13 +38,13 @@ def gravity_entry(
 
 
 def _of_world(xml: XmlReader, world: LocatedElement | None) -> list[float]:
-    """Gravity in the world [m/s^2]; the standard one for a model without a world."""
+    """Gravity (3,) in the world [m/s^2]; the default for a model without a world."""
     if world is None:
         return list(_STANDARD_GRAVITY)
     element = world.first("gravity")
     physics = world.first("physics")
     if element is None and physics is not None:
-        element = physics.first("gravity")  # where older files have it
+        element = physics.first("gravity")  # its place in older files
     return xml.text_numbers(element, 3, ("gravity",), _GRAVITY)
 
 

@@ -1,7 +1,7 @@
-"""Files that an SDFormat file includes: their model stands in place of <include>.
+"""Included files of SDFormat: their model replaces <include>.
 
-A URI names a folder with a model.config, or a file: model://NAME, model://NAME/PATH, or a path from
-the folder of the file. Nothing is fetched.
+A URI names a folder with a model.config, or a file: model://NAME, model://NAME/PATH, or a relative
+path. Nothing is downloaded.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ _LOCAL = (
 
 
 class Includes:
-    """Opens the includes of one file, and those of the files that it leads to."""
+    """Opens the includes of a file, recursively."""
 
     def __init__(self, xml: XmlReader, options: FileOptions) -> None:
         self.xml = xml
         self.packages = Packages(xml.file, options.search_path)
-        self.missing: list[str] = []  # what the world includes, and is out of reach
+        self.missing: list[str] = []  # includes of the world that are out of reach
         self.opened: list[LocatedElement] = []  # models from other files
         self._size = 0
 
     def open_world(self, world: LocatedElement) -> None:
-        """Put models in place of the includes of a world; others are left out with a note."""
+        """Replace the includes of a world by their models; missing ones are noted."""
         children: list[LocatedElement] = []
         for child in world.children:
             if child.tag != "include":
@@ -57,10 +57,10 @@ class Includes:
             self.open_model(model, (self.xml.file,))
 
     def open_model(self, model: LocatedElement, files: tuple[Path, ...] = ()) -> None:
-        """Put models in place of the includes of a model and the models in it.
+        """Replace the includes of a model, and of models in it, by their models.
 
         Raises:
-            DescriptionError: a file is not there, or is no model.
+            DescriptionError: a file is missing, or is no model.
         """
         children: list[LocatedElement] = []
         for child in model.children:
@@ -78,7 +78,7 @@ class Includes:
         model.children = children
 
     def without_opened(self, model: LocatedElement) -> LocatedElement:
-        """What a model has in its own file."""
+        """A model without the models from other files."""
         children: list[LocatedElement] = []
         for child in model.children:
             if child.tag != "model":
@@ -88,11 +88,11 @@ class Includes:
         return replace(model, children=children)
 
     def is_opened(self, model: LocatedElement) -> bool:
-        """Whether a model stands in another file."""
+        """Whether a model comes from another file."""
         return any(model is opened for opened in self.opened)
 
     def _included(self, include: LocatedElement, files: tuple[Path, ...]) -> LocatedElement:
-        """The model that an <include> stands for."""
+        """The model of an <include>."""
         check_words(self.xml, INCLUDE, include)
         file = self._file(include, files[-1])
         if file in files:
@@ -106,7 +106,7 @@ class Includes:
         return model
 
     def _refuse_static(self, model: LocatedElement, include: LocatedElement) -> None:
-        """Refuse a model in a model that stands still where the other one moves."""
+        """Refuse a static model inside a moving one."""
         static = model.first("static")
         if static is not None and static.text.strip() in _YES:
             problem = f"makes {model.get('name')} static in a model; make the whole model static"
@@ -133,7 +133,7 @@ class Includes:
         return path
 
     def _file_of_folder(self, folder: Path) -> Path:
-        """The file of the newest version that a model.config names; else model.sdf."""
+        """The file of the newest version in model.config; otherwise model.sdf."""
         config = folder / _CONFIG
         newest = folder / "model.sdf"
         if not may_be_file(config):
@@ -149,7 +149,7 @@ class Includes:
         return newest
 
     def _model_of(self, file: Path, include: LocatedElement) -> LocatedElement:
-        """The model of a file, in the words of version 1.7."""
+        """The model of a file, converted to version 1.7."""
         root = read_xml(file)
         models = root.all("model")
         if root.tag != "sdf" or len(models) != 1:
@@ -166,7 +166,7 @@ class Includes:
         return models[0]
 
     def _replace(self, model: LocatedElement, include: LocatedElement) -> None:
-        """Give a model the name and place that the <include> gives it."""
+        """Apply the name and pose of an <include> to its model."""
         for tag in _REPLACED:
             element = include.first(tag)
             if element is None:
@@ -186,7 +186,7 @@ class Includes:
 
 
 class _OutOfReachError(Exception):
-    """A file that is not there, is not read, or is no model; the message reads as a clause."""
+    """A file is missing, not readable, or no model; the message is a clause."""
 
 
 def _size(element: LocatedElement) -> int:

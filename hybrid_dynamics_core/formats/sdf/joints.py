@@ -12,7 +12,7 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .poses import WORLD, ModelPoses
 
-_UNLIMITED = 1e16  # [rad or m] what SDFormat takes for no limit
+_UNLIMITED = 1e16  # [rad or m] SDFormat's value for no limit
 _INFINITY = ("inf", "infinity")
 _DRIVE_LIMITS = {"effort": "effort_limit", "velocity": "velocity_limit"}
 _Z_AXIS = (0.0, 0.0, 1.0)
@@ -48,11 +48,11 @@ class Freedom:
     constraints: Data = field(default_factory=dict)
 
     def is_held(self) -> bool:
-        """Whether its limits leave it at zero."""
+        """Whether its limits fix it at zero."""
         return bool(self.constraints.get("limits") == [0.0, 0.0])
 
     def reversed(self) -> Freedom:
-        """The same coordinate from the other end: about the opposite axis."""
+        """The same coordinate with parent and child exchanged: about the opposite axis."""
         return replace(self, axis=frozen(-self.axis))
 
 
@@ -63,7 +63,7 @@ class JointReader:
         element: the joint.
         name: of it.
         type: of the joint, in SDFormat.
-        path: of its entry.
+        path: path of its entry.
     """
 
     def __init__(self, xml: XmlReader, poses: ModelPoses, element: LocatedElement) -> None:
@@ -75,7 +75,7 @@ class JointReader:
         self.path = ("joints", self.name)
 
     def is_grounded(self) -> bool:
-        """Whether an end is the world."""
+        """Whether parent or child is the world."""
         return WORLD in (self.parent(), self.child())
 
     def parent(self) -> str:
@@ -87,7 +87,7 @@ class JointReader:
         return self.poses.link_of(self._end("child"), self.element)
 
     def closure_kind(self) -> str:
-        """The closure that can stand for the joint; empty where it has more than limits."""
+        """The closure that can replace the joint; empty if it has friction or a spring."""
         if any(key not in LIMITS for key in self.constraints()):
             return ""
         if self.is_held():
@@ -99,7 +99,7 @@ class JointReader:
         return self.type != "fixed" and not self.is_held() and bool(self.constraints())
 
     def is_held(self) -> bool:
-        """Whether the limits of the joint leave it one place, and it follows no other."""
+        """Whether its limits fix the joint, and it follows no other."""
         if self.type not in _SINGLE:
             return False
         constraints = self.constraints()
@@ -107,7 +107,7 @@ class JointReader:
         return lower == upper and "mimic" not in constraints
 
     def held_at(self) -> Transform:
-        """What a joint that is held moves its child by, in the frame of the joint."""
+        """The displacement of a fixed joint, in the joint frame."""
         place = self._held()
         if _SINGLE.get(self.type) == "revolute":
             return Transform(rotation_about(self.axis(), place))
@@ -116,17 +116,17 @@ class JointReader:
         return Transform()
 
     def _held(self) -> float:
-        """The place [rad or m] of a joint that is held; else zero, as of one that is fixed."""
+        """The coordinate [rad or m] of a joint fixed by its limits; zero for type fixed."""
         if not self.is_held():
             return 0.0
         lower, _ = self.constraints()["limits"]
         return float(lower)
 
     def freedoms(self) -> list[Freedom]:
-        """The hinges and slides of the joint in a row; none where it is fixed.
+        """The hinges and slides of the joint in order; empty if it is fixed.
 
         Raises:
-            DescriptionError: its type is not covered.
+            DescriptionError: its type is not supported.
         """
         if self.is_held():
             self.xml.note(self.element, f"joint {self.name} is held by its limits; taken as fixed")
@@ -144,7 +144,7 @@ class JointReader:
         raise self.xml.error(self.element, (*self.path, "type"), problem)
 
     def note_unused(self) -> None:
-        """Say what a joint of this type has no use for."""
+        """Add notes on elements that a joint of this type does not use."""
         unused: list[str] = []
         if self.type not in _UNIVERSAL:
             unused.append("axis2")
@@ -162,7 +162,7 @@ class JointReader:
                 self.xml.note(child, text)
 
     def _note_limits(self) -> None:
-        """Say that a continuous joint has no limits, where some are given."""
+        """Add a note if a continuous joint has limits, which are ignored."""
         limit = self._inside_axis("limit", "axis")
         if limit is None:
             return
@@ -210,7 +210,7 @@ class JointReader:
         return [hinge, slide]
 
     def _lead(self) -> float:
-        """The way of a screw along its axis [m] in one turn; the older word is turns for a way."""
+        """The lead of a screw [m per turn]; the older element `thread_pitch` is its inverse."""
         pitch = self.element.first("screw_thread_pitch")
         if pitch is not None:
             return self.xml.text_number(pitch, self.path, 0.0)
@@ -241,7 +241,7 @@ class JointReader:
         return self.poses.axis_in_joint(axis, expressed_in, self.element)
 
     def constraints(self, tag: str = "axis") -> Data:
-        """Limits, friction, spring and mimic along an axis, as far as it has them."""
+        """Limits, friction, spring and mimic of an axis, if given."""
         entries: Data = {}
         limit = self._inside_axis("limit", tag)
         if limit is not None and self.type != "continuous":
@@ -270,7 +270,7 @@ class JointReader:
         return end.text.strip()
 
     def _rotor(self) -> Data:
-        """The rotor behind a gear that Drake's words give."""
+        """Rotor inertia and gear ratio in Drake's elements."""
         drive: Data = {}
         for tag, key in _ROTORS.items():
             element = self.element.first(tag)
@@ -286,7 +286,7 @@ class JointReader:
         return axis.first(tag)
 
     def _drive_limits(self, limit: LocatedElement) -> Data:
-        """The largest effort and rate; SDFormat has negative numbers for none."""
+        """Limits of effort and rate; negative numbers mean none in SDFormat."""
         entries: Data = {}
         for tag, key in _DRIVE_LIMITS.items():
             value = self._bound(limit.first(tag), math.inf)

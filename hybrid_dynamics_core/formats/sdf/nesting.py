@@ -1,6 +1,6 @@
-"""Models in models, written as one: what is in a model `arm` gets the name `arm::...`.
+"""Flattening of nested models: names in a model `arm` become `arm::...`.
 
-Names in a model are those of its own links, joints, frames and models, and of what is in these.
+A name in a model may refer to its links, joints, frames and models, and to those inside of these.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..xml.reader import XmlReader
 from .poses import SCOPE, WORLD, ModelPoses
 from .versions import MODEL
 
-MERGE = "merge"  # of a model whose elements are those of the model around it
+MERGE = "merge"  # attribute of a model whose elements are merged into the model around it
 _PLACEMENT = "__placement__"
 _NAMED = ("link", "joint", "frame")
 _ENDS = ("parent", "child", "gearbox_reference_body")
@@ -21,7 +21,7 @@ _ATTRIBUTES = ("relative_to", "attached_to", "expressed_in")
 
 
 def flat_model(xml: XmlReader, model: LocatedElement) -> LocatedElement:
-    """A model without models in it; the model itself is left as it is."""
+    """A flattened copy of a model."""
     flat = replace(model, children=[])
     for child in model.children:
         if child.tag == "model":
@@ -32,11 +32,11 @@ def flat_model(xml: XmlReader, model: LocatedElement) -> LocatedElement:
 
 
 def placed(xml: XmlReader, model: LocatedElement) -> Transform:
-    """The frame of a model in the frame by which it is placed.
+    """Pose of the model frame in its placement frame.
 
     Args:
         xml: the file.
-        model: without models in it.
+        model: a flattened model.
     """
     name = model.get("placement_frame")
     if name in ("", MODEL):
@@ -45,12 +45,12 @@ def placed(xml: XmlReader, model: LocatedElement) -> Transform:
 
 
 def has_joints(model: LocatedElement) -> bool:
-    """Whether a model has joints, or a model in it has."""
+    """Whether a model, or a model in it, has joints."""
     return bool(model.all("joint")) or any(map(has_joints, model.all("model")))
 
 
 def _opened(xml: XmlReader, model: LocatedElement) -> list[LocatedElement]:
-    """The elements of a model, and its frame, with names for the model around it."""
+    """The elements of a model, and its frame, with their names in the model around it."""
     name = xml.name(model, "models")
     inner = flat_model(xml, model)
     prefix = f"{name}{SCOPE}"
@@ -69,10 +69,10 @@ def _opened(xml: XmlReader, model: LocatedElement) -> list[LocatedElement]:
 
 
 class _Renaming:
-    """Gives elements of a model the names that they have in the model around it.
+    """Renames elements of a model to their names in the model around it.
 
     Args:
-        prefix: of names.
+        prefix: prefix of names.
         frame: name of the frame of the model.
     """
 
@@ -81,7 +81,7 @@ class _Renaming:
         self.frame = frame
 
     def name(self, name: str) -> str:
-        """The new name of what has a name in the model."""
+        """The new name for a name in the model."""
         if name in ("", MODEL):
             return self.frame
         if name == WORLD:
@@ -89,7 +89,7 @@ class _Renaming:
         return f"{self.prefix}{name}"
 
     def named(self, element: LocatedElement) -> LocatedElement:
-        """A link, joint or frame with its new name, in its new place."""
+        """A copy of a link, joint or frame with its new name and pose reference."""
         renamed = self.renamed(element)
         renamed.attributes["name"] = f"{self.prefix}{element.get('name')}"
         if element.tag == "frame":
@@ -103,7 +103,7 @@ class _Renaming:
         return renamed
 
     def renamed(self, element: LocatedElement) -> LocatedElement:
-        """A copy of an element that names things by their new names."""
+        """A copy of an element in which all references are renamed."""
         children = [self.renamed(child) for child in element.children]
         copy = replace(element, attributes=dict(element.attributes), children=children)
         for attribute in _ATTRIBUTES:
@@ -116,7 +116,7 @@ class _Renaming:
         return copy
 
     def model_frames(self, xml: XmlReader, model: LocatedElement) -> list[LocatedElement]:
-        """The frame of the model, behind that by which it is placed where this is another one."""
+        """The frame elements of a model: its placement frame, if any, and the model frame."""
         pose = model.first("pose")
         if pose is None:
             pose = LocatedElement("pose", {}, model.line, file=model.file)
@@ -134,7 +134,7 @@ class _Renaming:
 
 
 def canonical_link(model: LocatedElement) -> str:
-    """The link with which the frame of a model moves; empty where it has none."""
+    """The link that carries the model frame; empty if the model has no link."""
     first = model.first("link")
     if model.get("canonical_link") or first is None:
         return model.get("canonical_link")
@@ -142,7 +142,7 @@ def canonical_link(model: LocatedElement) -> str:
 
 
 def pose_element(pose: Transform, relative_to: str, element: LocatedElement) -> LocatedElement:
-    """A <pose> at the line of an element."""
+    """A <pose> element with the line of another element."""
     numbers = [*pose.translation.tolist(), *rpy_of(pose.rotation).tolist()]
     text = " ".join(map(repr, numbers))
     attributes = {"relative_to": relative_to}

@@ -1,4 +1,4 @@
-"""Poses of an SDFormat model: <pose>, relative_to and attached_to, in the frame of the model."""
+"""Poses of an SDFormat model in the model frame, with relative_to and attached_to resolved."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DEGREE = math.pi / 180.0  # [rad]
 
 
 class ModelPoses:
-    """Links, joints and frames of a model, in the configuration in which it is drawn.
+    """Poses of links, joints and frames of a model in its drawn configuration.
 
     Attributes:
         model: pose of the model in the world.
@@ -42,26 +42,26 @@ class ModelPoses:
         self._resolved[WORLD] = self.model.inverse()
 
     def link(self, name: str) -> Transform:
-        """Pose of a link, or of the world, in the model."""
+        """Pose of a link, or of the world, in the model frame."""
         if name == WORLD:
             return self._resolved[WORLD]
         return self.resolve(name, self._elements[name])
 
     def joint(self, element: LocatedElement) -> Transform:
-        """Pose of a joint in the model; in older files its name may be that of a link."""
+        """Pose of a joint in the model frame; in older files it may share its name with a link."""
         name = element.get("name")
         if self._elements[name] is element:
             return self.resolve(name, element)
         return self._pose_of(element, ())
 
     def in_link(self, link: str, pose: Transform) -> Transform:
-        """A pose of the model in the frame of a link."""
+        """A pose in the model frame, converted to the frame of a link."""
         return self.link(link).inverse() @ pose
 
     def resolve(
         self, name: str, asking: LocatedElement, visited: tuple[str, ...] = ()
     ) -> Transform:
-        """Pose of a link, joint or frame in the model.
+        """Pose of a link, joint or frame in the model frame.
 
         Args:
             name: of it.
@@ -81,7 +81,7 @@ class ModelPoses:
         return resolved
 
     def _pose_of(self, element: LocatedElement, visited: tuple[str, ...]) -> Transform:
-        """Pose of an element in the model."""
+        """Pose of an element in the model frame."""
         pose = element.first("pose")
         relative_to = ""
         if pose is not None:
@@ -91,14 +91,14 @@ class ModelPoses:
         return around @ self.read(pose, (element.tag, element.get("name")))
 
     def _full_name(self, name: str) -> str:
-        """The name of an element; that of a model in the model stands for its frame."""
+        """The full name of an element; the name of a nested model refers to its frame."""
         of_model = f"{name}{SCOPE}{MODEL}"
         if name not in self._elements and of_model in self._elements:
             return of_model
         return name
 
     def link_of(self, name: str, asking: LocatedElement, visited: tuple[str, ...] = ()) -> str:
-        """The link that carries a frame or joint, or has the name itself.
+        """The link that carries a frame or joint, or the link of that name.
 
         Args:
             name: of a link, joint or frame.
@@ -136,7 +136,7 @@ class ModelPoses:
         return Transform(rotation, frozen(xyz))
 
     def axis_in_joint(self, axis: Array, expressed_in: str, joint: LocatedElement) -> Array:
-        """An axis (3,) in the frame of its joint, from the frame in which it is given."""
+        """An axis (3,) converted from the frame `expressed_in` to its joint frame."""
         joint_pose = self.joint(joint)
         if not expressed_in:
             return axis
@@ -155,13 +155,13 @@ class ModelPoses:
 
 
 def pose_entry(pose: Transform) -> dict[str, list[float]]:
-    """A pose as a description file has it."""
+    """The entry of a pose in a description file."""
     rpy = rpy_of(pose.rotation)
     return {"xyz": pose.translation.tolist(), "rpy": rpy.tolist()}
 
 
 def _default_frame(element: LocatedElement) -> str:
-    """What a pose is relative to where it does not say."""
+    """The default frame of a pose."""
     if element.tag == "joint":
         child = element.first("child")
         return "" if child is None else child.text.strip()

@@ -1,8 +1,7 @@
-"""SDFormat -> a document: links and joints of one model.
+"""Reader of SDFormat: links and joints of one model.
 
-Joints make up a tree from the base, in whatever direction they are written; the others close loops.
-SDFormat draws the model in one configuration and counts every coordinate from there. Loop joints
-are at rest in that configuration, so both ends of their frames are known.
+Joints form a spanning tree from the base, in either direction; the others close loops. All
+coordinates are zero in the drawn configuration. So both ends of a loop joint are known there.
 http://sdformat.org/spec, versions 1.3 to 1.12.
 """
 
@@ -39,13 +38,13 @@ def sdf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OPT
     """The document of an SDFormat file.
 
     Args:
-        root: of the file.
+        root: root element of the file.
         file: path of it.
-        options: which of its models is the robot, and where included models are looked for.
+        options: the model to read, and the search path of included models.
 
     Raises:
         InputError: the file has no model of the name in the options.
-        DescriptionError: the file says what is not covered.
+        DescriptionError: the file has unsupported content.
     """
     data = {
         "format": 1,
@@ -77,7 +76,7 @@ def _is_extras(element: LocatedElement) -> bool:
     return local_tag == TAG
 
 
-# types of the joints in a row that are one joint of several freedoms
+# joint types of the chains that form one joint of several freedoms
 _SEVERAL = {
     "ball": ["revolute", "revolute", "revolute"],
     "universal": ["revolute", "revolute"],
@@ -115,7 +114,7 @@ class _SdfReader:
                 self.add_closure(joint)
         data["gravity"] = gravity_entry(self.xml, self.poses, self.model, self.world)
         for frame in self.model.all("frame"):
-            if not frame.get("name").endswith("__"):  # of models in the model
+            if not frame.get("name").endswith("__"):  # frames of nested models
                 self.add_frame(frame)
         data["active"] = driven_joints(self.document)
         data["active_set"] = "motors"
@@ -154,7 +153,7 @@ class _SdfReader:
     # -- joints
 
     def add_joint(self, joint: JointReader, is_reversed: bool) -> None:
-        """Add a joint as hinges and slides in a row; walked from its child, they turn around."""
+        """Add a joint as a chain of hinges and slides, reversed if the tree starts at its child."""
         freedoms = joint.freedoms()
         start, end = joint.parent(), joint.child()
         pose = self.poses.joint(joint.element)
@@ -162,7 +161,7 @@ class _SdfReader:
         if is_reversed:
             start, end = end, start
             held_at = held_at.inverse()
-            if joint.type != "ball":  # of which the file names no coordinates
+            if joint.type != "ball":  # whose coordinates have no names in the file
                 freedoms = [freedom.reversed() for freedom in reversed(freedoms)]
             text = f"joint {joint.name} is turned around: it leads from {start} to {end} here"
             self.xml.note(joint.element, text)
@@ -184,13 +183,13 @@ class _SdfReader:
     def add_row(
         self, joint: JointReader, freedoms: list[Freedom], ends: tuple[str, str], origin: Data
     ) -> None:
-        """Add hinges and slides in a row, with massless links between them.
+        """Add a chain of hinges and slides, with massless links in between.
 
         Args:
-            joint: that they stand for.
+            joint: the joint of the file.
             freedoms: hinges and slides in order.
-            ends: the links before and behind them.
-            origin: of the first one, in the link before it.
+            ends: the links before and after the chain.
+            origin: pose of the first joint in the link before it.
         """
         start, end = ends
         for freedom in freedoms:
@@ -211,7 +210,7 @@ class _SdfReader:
             origin = pose_entry(Transform())
 
     def add_closure(self, joint: JointReader) -> None:
-        """Add a joint whose child hangs on another one as a closure of the drawn configuration."""
+        """Add a loop joint as a closure, from the drawn configuration."""
         pose = self.poses.joint(joint.element)
         parent, child = self.end_of(joint.parent()), self.end_of(joint.child())
         if parent == child:
@@ -232,15 +231,15 @@ class _SdfReader:
         self.tie(joint, kind, {parent: at_parent @ turn, child: at_child @ turn})
 
     def add_end(self, joint: JointReader, parent: str) -> tuple[str, Transform]:
-        """Add what a joint moves where no closure can stand for it.
+        """Add a massless link for a loop joint that no closure can replace.
 
         Args:
-            joint: that closes a loop.
+            joint: the loop joint.
             parent: its parent link.
 
         Returns:
-            A massless link behind the hinges and slides of the joint, or the parent of a held
-            one, and the place where the child is welded to it.
+            A massless link after the hinges and slides of the joint, or the parent of a fixed
+            joint; and the pose at which the child is welded to it.
         """
         pose = self.poses.in_link(parent, self.poses.joint(joint.element))
         freedoms = joint.freedoms()
@@ -254,13 +253,13 @@ class _SdfReader:
         return link, Transform()
 
     def tie(self, joint: JointReader, kind: str, ends: dict[str, Transform]) -> None:
-        """Add a closure in place of a joint."""
+        """Add a closure that replaces a joint."""
         between = {link: pose_entry(pose) for link, pose in ends.items()}
         entry = {"kind": kind, "between": between}
         self.xml.add(("closures", joint.name), entry, joint.element)
 
     def end_of(self, link: str) -> str:
-        """A link; the base in place of the world."""
+        """The link; for the world, the base."""
         if link == WORLD:
             return str(self.document.data["base"])
         return link

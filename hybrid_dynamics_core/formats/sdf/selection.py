@@ -1,4 +1,4 @@
-"""Which model of an SDFormat file is the robot, and where in the world it stands."""
+"""Choice of the robot's model in an SDFormat file, and its pose in the world."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Chosen:
     """The robot of a file.
 
     Attributes:
-        model: it, without models in it and in the words of version 1.7.
-        world: around it, if there is one.
+        model: the model, flattened and converted to version 1.7.
+        world: the world, or None.
     """
 
     model: LocatedElement
@@ -34,7 +34,7 @@ class Chosen:
 
 
 class Selection:
-    """The models of a file, with all that they include."""
+    """The models of a file, with included ones."""
 
     def __init__(self, xml: XmlReader, version: Version, options: FileOptions) -> None:
         self.xml = xml
@@ -52,11 +52,11 @@ class Selection:
             self.models.extend(Chosen(model, world) for model in world.all("model"))
 
     def chosen(self) -> Chosen:
-        """The one model with joints, the one that is asked for, or a world of joined models.
+        """The requested model, the only one with joints, or a whole world with joints.
 
         Raises:
             DescriptionError: none has joints, or several have.
-            InputError: there is none of the name that was asked for.
+            InputError: there is no model of the requested name.
         """
         chosen = self._named() if self.name else self._only()
         if chosen.model is chosen.world:
@@ -80,7 +80,7 @@ class Selection:
         raise InputError(f"model: {problem}")
 
     def _only(self) -> Chosen:
-        """The one model that moves; a world with joints of its own is one."""
+        """The only movable model; a world with joints is one too."""
         for world in self.worlds:
             if world.all("joint"):
                 return Chosen(world, world)
@@ -107,7 +107,7 @@ class Selection:
         return self.xml.error(self.xml.root, ("model",), problem)
 
     def _alone(self, model: LocatedElement) -> Chosen:
-        """A model without a world around it."""
+        """A model without a world."""
         pose = model.first("pose")
         if pose is not None and pose.get("relative_to") not in ("", WORLD):
             problem = f"relative_to of <pose> is '{pose.get('relative_to')}', and there is no world"
@@ -142,12 +142,12 @@ class Selection:
         return Chosen(replace(flat, tag="model"), world)
 
     def _ready(self, model: LocatedElement) -> LocatedElement:
-        """A model without models in it, after its words are checked."""
+        """A flattened model whose words are checked."""
         self._check(model)
         return flat_model(self.xml, model)
 
     def _check(self, model: LocatedElement) -> None:
-        """Check the words of this file; those of others are checked by their own versions."""
+        """Check the words of this file; included files are checked by their own version."""
         if not self.includes.is_opened(model):
             check_model(self.xml, self.includes.without_opened(model), self.version)
 

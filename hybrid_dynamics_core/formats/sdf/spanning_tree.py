@@ -1,4 +1,4 @@
-"""Which joints of an SDFormat model make up its tree, and from which end each is walked."""
+"""The spanning tree of an SDFormat model: its joints, and the direction of each."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from .joints import JointReader
 
 
 def spanning_tree(joints: Sequence[JointReader], base: Sequence[str]) -> dict[str, bool]:
-    """The joints of the tree by name, each with whether it is walked from child to parent.
+    """Choose the joints of the tree; for each name, whether the joint is reversed.
 
-    Joints that no closure can stand for go before all others, then the order of the file holds.
+    Joints that no closure can replace come first, then all others in the order of the file.
 
     Args:
         joints: of the model.
-        base: links that do not move, where the tree begins.
+        base: fixed links, where the tree begins.
     """
     chosen = _without_cycles(joints, base)
     reached = set(base)
@@ -29,7 +29,7 @@ def spanning_tree(joints: Sequence[JointReader], base: Sequence[str]) -> dict[st
 
 
 def reached_links(joints: Sequence[JointReader], base: str) -> set[str]:
-    """The links that joints connect with one, in whatever direction."""
+    """All links that joints connect with the base, in either direction."""
     reached = {base}
     while True:
         steps = [joint for joint in joints if _is_next(joint, reached)]
@@ -40,11 +40,11 @@ def reached_links(joints: Sequence[JointReader], base: str) -> set[str]:
 
 
 def _without_cycles(joints: Sequence[JointReader], base: Sequence[str]) -> list[JointReader]:
-    """Joints that join what none before has joined."""
+    """Joints without those that would close a cycle (union-find)."""
     first = [joint for joint in joints if not joint.closure_kind()]
     others = [joint for joint in joints if joint.closure_kind()]
     first_link, *standing = base
-    # a link of the same group, nearer to its first one
+    # next link towards the representative of its group
     groups = dict.fromkeys(standing, first_link)
     chosen: list[JointReader] = []
     for joint in (*first, *others):
@@ -64,5 +64,5 @@ def _first_of(groups: dict[str, str], link: str) -> str:
 
 
 def _is_next(joint: JointReader, reached: set[str]) -> bool:
-    """Whether one end of a joint is reached, and the other is not."""
+    """Whether exactly one end of a joint is reached."""
     return (joint.parent() in reached) != (joint.child() in reached)

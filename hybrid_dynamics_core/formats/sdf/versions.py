@@ -1,7 +1,7 @@
-"""What older versions of SDFormat say otherwise, written in the words of 1.7.
+"""Conversion of older versions of SDFormat to 1.7.
 
-Before 1.5 an axis is in the frame of the model; in 1.5 and 1.6 `use_parent_model_frame` says so.
-From 1.7 on an axis is in the frame of its joint, or names its frame. All else is the same.
+Before 1.5 an axis is in the model frame; in 1.5 and 1.6 if `use_parent_model_frame` is set. From
+1.7 on an axis is in the joint frame, or names its frame. All else is the same.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from ..xml.reader import XmlReader
 
 Version = tuple[int, int]
 
-MODEL = "__model__"  # the frame of a model, in it
-NAMED_FRAMES: Version = (1, 7)  # from then on a pose or an axis can name its frame
-_JOINT_AXES: Version = (1, 5)  # from then on an axis is in the frame of its joint
+MODEL = "__model__"  # name of the model frame in a model
+NAMED_FRAMES: Version = (1, 7)  # since then a pose or an axis can name its frame
+_JOINT_AXES: Version = (1, 5)  # since then an axis is in the joint frame
 _OLDEST: Version = (1, 3)
 CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
 _YES = ("true", "1")
@@ -24,10 +24,10 @@ _OLDER_WORD = "use_parent_model_frame"
 
 
 def read_version(xml: XmlReader, root: LocatedElement) -> Version:
-    """The version of a file, which says in what frame its axes are.
+    """The version of a file, which decides the frame of its axes.
 
     Raises:
-        DescriptionError: its version is older than 1.3, or none.
+        DescriptionError: the version is older than 1.3, or invalid.
     """
     version = root.get("version")
     match = re.fullmatch(r"\s*(\d+)\.(\d+)(\.\d+)?\s*", version)
@@ -38,11 +38,11 @@ def read_version(xml: XmlReader, root: LocatedElement) -> Version:
 
 
 def upgrade(element: LocatedElement, version: Version) -> None:
-    """Give axes of an older version the frame that they are in, as 1.7 writes it.
+    """Add the attribute `expressed_in` to axes of an older version.
 
     Args:
-        element: a model or a world; what is in it is changed.
-        version: of its file.
+        element: a model or a world; changed in place.
+        version: version of its file.
     """
     if version >= NAMED_FRAMES:
         return

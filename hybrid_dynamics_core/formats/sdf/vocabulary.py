@@ -1,7 +1,7 @@
-"""The vocabulary of SDFormat 1.3 to 1.12: what is read, and what is left out with a note.
+"""The vocabulary of SDFormat 1.3 to 1.12: words that are read, or left out with a note.
 
-http://sdformat.org/spec. Shapes, sensors, plugins and settings of one engine change no mass, no
-place and no axis.
+http://sdformat.org/spec. Shapes, sensors, plugins and engine settings are left out: they change no
+mass, pose or axis.
 """
 
 from __future__ import annotations
@@ -75,20 +75,20 @@ _MODEL: dict[str, Vocabulary] = {
 
 
 def check_world(xml: XmlReader, world: LocatedElement) -> None:
-    """Check the world around a model for what may change the robot.
+    """Check the world around a model for unsupported content that may change the robot.
 
     Raises:
-        DescriptionError: the first entry that is not covered.
+        DescriptionError: the first unsupported entry.
     """
     check_words(xml, _WORLD, world)
     _refuse_forces(xml, world)
 
 
 def check_model(xml: XmlReader, model: LocatedElement, version: Version) -> None:
-    """Check a model, and the models in it, for entries that may change the robot.
+    """Check a model, and nested models, for unsupported content that may change the robot.
 
     Raises:
-        DescriptionError: the first one that is not covered.
+        DescriptionError: the first unsupported element.
     """
     table = dict(_MODEL)
     if version < NAMED_FRAMES:
@@ -103,7 +103,7 @@ def check_words(xml: XmlReader, words: Vocabulary, element: LocatedElement) -> N
 
 
 def _check_names(xml: XmlReader, model: LocatedElement, version: Version) -> None:
-    """Refuse a name of two things, from the version on in which names stand for frames."""
+    """Refuse duplicate names, since the version in which names refer to frames."""
     _refuse_forces(xml, model)
     named: dict[str, LocatedElement] = {}
     for element in model.children:
@@ -124,7 +124,7 @@ def _check(xml: XmlReader, table: dict[str, Vocabulary], element: LocatedElement
 
 
 def _refuse_forces(xml: XmlReader, element: LocatedElement) -> None:
-    """Refuse what Drake's own words tie or hold; other words of other programs change nothing."""
+    """Refuse Drake's constraints and force elements; other foreign elements have no effect."""
     for child in element.children:
         if _FORCES_OF_DRAKE.fullmatch(child.tag):
             problem = f"<{child.tag}> is not covered{_ADVICE}"

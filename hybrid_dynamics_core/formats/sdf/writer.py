@@ -1,8 +1,8 @@
-"""A robot as SDFormat 1.11, which Gazebo Harmonic reads: a world with its gravity and one model.
+"""Writer of SDFormat 1.11, for Gazebo Harmonic: a world with gravity and one model.
 
-Loops are joints. SDFormat draws a model in one configuration and counts coordinates from there, and
-a loop joint is at rest there. So the model is drawn at the closed reference. Coordinates in loops
-count from it, all others as the robot does.
+Loops are joints. In SDFormat all coordinates are zero in the drawn configuration. So the model is
+drawn at the closed reference. Coordinates in loops have their zero there, all others that of the
+robot.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from ..xml.writer import add_text, insert_comment, number_text, numbers_text, xm
 from .poses import WORLD
 
 _VERSION = "1.11"
-_NAMESPACE = f"urn:{TAG}"  # SDFormat wants elements of others in a name space of their own
-_SMALLEST_INERTIA = 1e-9  # [kg, kg m^2] a link needs some mass
+_NAMESPACE = f"urn:{TAG}"  # SDFormat requires a namespace for foreign elements
+_SMALLEST_INERTIA = 1e-9  # [kg, kg m^2] since a link must have a mass
 _ROUNDING = 1e-13  # relative, of moments
 _LOOP_TYPES = {
     "planar": "revolute",
@@ -51,14 +51,13 @@ _Z_AXIS = frozen([0.0, 0.0, 1.0])
 def to_sdf(robot: AnyRobot) -> str:
     """SDFormat text of a robot, with the same names of links and joints.
 
-    Loops become joints between links that hang already.
+    Loops become joints between links of the tree.
 
     Args:
-        robot: that is written, or its description.
+        robot: the robot to write, or its description.
 
     Raises:
-        InputError: it is neither; or a name is one that SDFormat keeps for itself, or names two
-            things.
+        InputError: `robot` is neither, or a name is reserved in SDFormat or used twice.
     """
     return _SdfWriter(robot_of(robot)).text()
 
@@ -181,9 +180,9 @@ class _SdfWriter:
         add_text(element, "reference", number_text(0.0))
 
     def add_loop(self, model: Element, closure: Closure) -> None:
-        """Add a joint between two links that hang already, its frame given on the child."""
+        """Add a loop joint between two links of the tree, with its frame relative to the child."""
         parent, child = shapes.hinge_frames(self.robot, closure)
-        if child.link == WORLD:  # which cannot be a child
+        if child.link == WORLD:  # the world cannot be a child
             parent, child = child, parent
         sdf_type = _LOOP_TYPES[closure.kind]
         element = _add_joint(model, closure.name, sdf_type, parent.link, child.link)
@@ -195,7 +194,7 @@ class _SdfWriter:
 def _drawn_coordinates(robot: Robot) -> dict[str, float]:
     """Coordinates of joints in loops at the closed reference [rad or m].
 
-    SDFormat counts them from there.
+    They are zero there in SDFormat.
     """
     state = robot.close(robot.reference)
     coordinates = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
@@ -204,7 +203,7 @@ def _drawn_coordinates(robot: Robot) -> dict[str, float]:
 
 
 def _joints_in_loops(robot: RobotDescription) -> set[str]:
-    """Joints of loops, and those that follow or lead others."""
+    """Joints in loops, and joints that follow or lead others."""
     tree = build_tree(robot)
     joints: set[str] = set()
     for follower, mimic in robot.mimics.items():
@@ -218,7 +217,7 @@ def _joints_in_loops(robot: RobotDescription) -> set[str]:
 
 
 def _check_names(robot: RobotDescription) -> None:
-    """Refuse names that SDFormat keeps for itself, and names of two things."""
+    """Refuse reserved and duplicate names."""
     names_by_kind: dict[str, list[str]] = {
         "link": list(robot.links),
         "joint": list(robot.joints),
@@ -307,7 +306,7 @@ def _add_inertial(element: Element, link: Link) -> None:
 def _add_pose(
     element: Element, rotation: Array, translation: Array, relative_to: str = WORLD
 ) -> None:
-    """Add a pose; nothing is said of a pose relative to the world, or to the element's default."""
+    """Add a pose, with `relative_to` only where it differs from the element's default."""
     pose = add_text(
         element, "pose", f"{numbers_text(translation)} {numbers_text(rpy_of(rotation))}"
     )

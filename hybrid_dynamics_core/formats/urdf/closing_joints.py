@@ -20,7 +20,7 @@ _X_AXIS = (1.0, 0.0, 0.0)
 
 
 class ClosingJoints:
-    """Adds closures for joints whose links hang already.
+    """Adds closures for joints between links of the tree.
 
     Args:
         xml: the URDF, whose links and joints the document has.
@@ -40,7 +40,7 @@ class ClosingJoints:
     # -- <constraint>
 
     def _add_constraint(self, element: LocatedElement) -> None:
-        """Add a <constraint>: a frame on either link, each with an axis of its own."""
+        """Add a <constraint>: a frame with an axis on each link."""
         name = self.xml.name(element, "constraints")
         kind = self.kind(element)
         between: Data = {}
@@ -59,7 +59,7 @@ class ClosingJoints:
         self.add(element, name, kind, between)
 
     def _add_ball(self, element: LocatedElement) -> None:
-        """Add a <drake:ball_constraint>: a point of either link."""
+        """Add a <drake:ball_constraint>: a point on each link."""
         between: Data = {}
         for body, point in (("A", "p_AP"), ("B", "p_BQ")):
             key = ("closures", point)
@@ -73,10 +73,10 @@ class ClosingJoints:
         count = len(self.document.section("closures"))
         self.add(element, f"ball_{count + 1}", "point", between)
 
-    # -- all of them
+    # -- common to both
 
     def kind(self, element: LocatedElement) -> str:
-        """The kind of closure that a joint's type says."""
+        """The kind of closure for a joint's type."""
         joint_type = element.get("type")
         if joint_type not in _KINDS:
             expected = ", ".join(_KINDS)
@@ -88,7 +88,7 @@ class ClosingJoints:
         return _KINDS[joint_type]
 
     def link(self, element: LocatedElement, name: str) -> str:
-        """The name of a link, which has to be there."""
+        """The name of a link, which must exist."""
         links = self.document.section("links")
         if name not in links:
             hint = suggestion(name, links)
@@ -97,7 +97,7 @@ class ClosingJoints:
         return name
 
     def _direction(self, axis: LocatedElement | None, key: KeyPath) -> Array:
-        """The unit vector (3,) of an axis in URDF's words."""
+        """The unit vector (3,) of an <axis>."""
         if axis is None:
             return unit_axis(list(_X_AXIS))
         try:

@@ -1,8 +1,8 @@
-"""The joints that a <coupling> of URDF+ ties: ratio * sum of q_predecessor = sum of q_successor.
+"""Joints of a <coupling> of URDF+: ratio * sum of q_predecessor = sum of q_successor.
 
-Either sum goes over the joints from the last link that both have in common to the named link. If
-one of the two links carries the other, this leaves no joint on one side. The sum of that side then
-starts at the base, as for a hand that stays level whatever the arm does.
+Each sum is over the joints from the last common link to the named link. If one of the two links
+carries the other, one side has no joint. The sum of that side then starts at the base. An example
+is a hand that stays level while the arm moves.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 
 class Hung(NamedTuple):
-    """How a link hangs on another.
+    """The joint above a link.
 
     Attributes:
-        joint: the joint between them.
+        joint: its name.
         parent: the link that carries it.
-        moves: whether the joint is no fixed one.
+        moves: whether the joint is not of type fixed.
     """
 
     joint: str
@@ -34,7 +34,7 @@ class Coupling(NamedTuple):
 
 
 def coupled_joints(hung: Mapping[str, Hung], predecessor: str, successor: str) -> Coupling:
-    """The joints that a coupling between two links ties.
+    """The joints of a coupling between two links.
 
     Args:
         hung: how each link hangs on another, by its name.
@@ -51,20 +51,20 @@ def coupled_joints(hung: Mapping[str, Hung], predecessor: str, successor: str) -
 def coupling_links(
     hung: Mapping[str, Hung], follower: str, multipliers: Mapping[str, float]
 ) -> tuple[str, str, float] | None:
-    """The predecessor, successor and ratio of the coupling that says what a joint follows.
+    """Predecessor, successor and ratio of a coupling that expresses a follower.
 
     Args:
         hung: how each link hangs on another, by its name.
         follower: the joint that follows.
-        multipliers: of each joint that it follows.
+        multipliers: multiplier of each followed joint, by name.
 
     Returns:
-        None where no coupling says it.
+        Names and ratio; None if no coupling expresses it.
     """
     said: tuple[str, str, float] | None = None
     for predecessor, successor in permutations(hung, 2):
         tied = coupled_joints(hung, predecessor, successor)
-        # the reader takes the joint nearest to the successor for the follower
+        # the follower must be the joint nearest to the successor, as the reader assumes
         if tied.successor[:1] != [follower] or follower in tied.predecessor:
             continue
         ratios = {multipliers.get(joint, 0.0) for joint in tied.predecessor}
@@ -75,12 +75,12 @@ def coupling_links(
             continue
         said = (predecessor, successor, ratios.pop())
         if not _carries(hung, predecessor, successor):
-            break  # other programs know the rule for these alone
+            break  # other programs support only these
     return said
 
 
 def _carries(hung: Mapping[str, Hung], link: str, other: str) -> bool:
-    """Whether all joints below a link are below another one too."""
+    """Whether a link is on the path from another one to the base."""
     return set(_joints_to_base(hung, link)) <= set(_joints_to_base(hung, other))
 
 

@@ -1,4 +1,4 @@
-"""What a URDF says to Gazebo: loops, springs and followers are read, all else is noted."""
+"""<gazebo> elements of a URDF: loops, springs and followers are read, all else is noted."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from ..xml.reader import XmlReader
 from .gazebo_joints import GazeboJoints
 
 _SPRING = {"springStiffness": "stiffness", "springReference": "rest"}
-_MIMIC = "mimic"  # in the file name of plugins that make a joint follow another one
+_MIMIC = "mimic"  # part of the file name of mimic plugins
 _MIMIC_WORDS = frozenset(
     {"joint", "mimicJoint", "multiplier", "offset", "hasPID", "sensitiveness", "maxEffort"}
 )
-# Words of a link that change its motion in Gazebo, and values that do not:
+# Elements of a link that change its motion, and the values that do not:
 _MECHANICAL = {
     "turnGravityOff": ("false", "0", "no"),
     "gravity": ("true", "1", "yes"),
@@ -37,7 +37,7 @@ def read_gazebo(xml: XmlReader, joints: GazeboJoints) -> None:
         joints: adds the joints that close loops.
 
     Raises:
-        DescriptionError: what a block says changes the mechanics and is not covered.
+        DescriptionError: a block has unsupported content that changes the mechanics.
     """
     reader = _GazeboReader(xml, joints)
     for block in xml.root.all("gazebo"):
@@ -50,7 +50,7 @@ class _GazeboReader:
         self.xml = xml
         self.document = xml.document
         self.gazebo_joints = joints
-        self.counts: dict[str, int] = {}  # of words that are left out
+        self.counts: dict[str, int] = {}  # number of occurrences of words left out
         self.first_omitted: LocatedElement | None = None
 
     def read(self, block: LocatedElement) -> None:
@@ -68,12 +68,12 @@ class _GazeboReader:
         self.read_referenced(block, reference)
 
     def omit(self, element: LocatedElement, words: str) -> None:
-        """Count a word of Gazebo that changes no motion of the robot itself."""
+        """Count a word that does not change the robot's motion."""
         self.first_omitted = self.first_omitted or element
         self.counts[words] = self.counts.get(words, 0) + 1
 
     def note_omitted(self) -> None:
-        """Note the words that are left out, with how often they stand in the file."""
+        """Add notes on the words left out, with their number of occurrences."""
         if self.first_omitted is None:
             return
         listed = ", ".join(f"{words} ({count})" for words, count in self.counts.items())
@@ -148,12 +148,12 @@ class _GazeboReader:
                 self.omit(child, f"<{child.tag}> of <plugin> {file}")
 
     def text_of(self, plugin: LocatedElement, tag: str) -> str:
-        """The text of an element; empty without it."""
+        """The text of a child element; empty if it is missing."""
         element = plugin.first(tag)
         return "" if element is None else element.text.strip()
 
     def follow(self, element: LocatedElement, follower: str, mimic: Data) -> None:
-        """Make a joint follow another one, unless <mimic> says so already."""
+        """Make a joint follow another one, unless <mimic> does already."""
         joint = self.document.section("joints")[follower]
         given = joint.setdefault("mimic", mimic)
         if given != mimic:

@@ -1,8 +1,8 @@
-"""Joints that a URDF adds in <gazebo>, in the words of SDFormat: they close loops.
+"""Loop joints that a URDF has in <gazebo>, in the words of SDFormat.
 
-The pose of such a joint is in its child link. Both links meet there with all joints at zero. A
-slide, a screw, or a joint with friction or a spring becomes a joint of the tree, to a massless link
-that is welded to the child.
+The pose of such a joint is relative to its child link, and the loop is closed with all joints at
+zero. A slide, a screw, or a joint with friction or a spring becomes a joint of the tree. It moves a
+massless link, which is welded to the child.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class GazeboJoints:
         """Add one joint.
 
         Raises:
-            DescriptionError: it is wrong, or of a type that is not covered.
+            DescriptionError: it is wrong, or its type is not supported.
         """
         name = self.xml.name(element, "joints")
         parent, child = (self._named(element, tag) for tag in ("parent", "child"))
@@ -81,11 +81,11 @@ class GazeboJoints:
     def _add_moving(
         self, element: LocatedElement, ends: tuple[str, str], pose: Transform, motion: Data
     ) -> None:
-        """Add a joint of the tree to a link without mass, and weld that to the child."""
+        """Add a joint of the tree with a massless link, and weld this link to the child."""
         name = element.get("name")
         joint_type = element.get("type")
         if joint_type not in _TREE_TYPES:
-            self.closing.kind(element)  # refuses what it does not know
+            self.closing.kind(element)  # refuses unknown types
             problem = f"has dynamics, which a joint of type '{joint_type}' cannot have here"
             raise self.xml.error_at(element, problem)
         parent, child = ends
@@ -116,11 +116,11 @@ class GazeboJoints:
         self.xml.add(("joints", name), entry, element)
 
     def _thread(self, element: LocatedElement) -> Data:
-        """How the slide of a screw follows its turn."""
+        """The coupling of a screw's slide to its rotation."""
         name = element.get("name")
         key = ("joints", name, "thread_pitch")
         pitch = self.xml.text_number(element.first("screw_thread_pitch"), key, 0.0)  # [m/turn]
-        turns = self.xml.text_number(element.first("thread_pitch"), key, 0.0)  # [rad/m], backwards
+        turns = self.xml.text_number(element.first("thread_pitch"), key, 0.0)  # [rad/m], other sign
         multiplier = pitch / math.tau
         if turns:
             multiplier = -1.0 / turns
@@ -142,7 +142,7 @@ class GazeboJoints:
         return self.closing.link(end, name)
 
     def _check_ground(self, element: LocatedElement, ends: set[str]) -> None:
-        """A joint to the world is what the base has anyway, fixed; others are refused."""
+        """Refuse joints to the world, except a fixed joint of the base."""
         base = self.document.data["base"]
         link = next(iter(ends - {_WORLD}), base)
         if element.get("type") == "fixed" and self._is_part_of_base(link):
@@ -162,7 +162,7 @@ class GazeboJoints:
     # -- words
 
     def _note_words(self, element: LocatedElement) -> None:
-        """Note what is left out of a joint."""
+        """Add notes on elements of a joint that are left out."""
         name = element.get("name")
         for attribute in element.attributes:
             if attribute not in _ATTRIBUTES:
@@ -178,7 +178,7 @@ class GazeboJoints:
             self.xml.note(child, f"joint {name} closes a loop; its <{child.tag}> is left out")
 
     def _motion(self, element: LocatedElement) -> Data:
-        """Friction and spring of the joint; with these, or for a slide, its limits too."""
+        """Friction and spring of the joint; with them, or for a slide, also its limits."""
         axis = element.first("axis")
         entries: Data = {}
         if axis is None:
@@ -202,7 +202,7 @@ class GazeboJoints:
     def _numbers(
         self, element: LocatedElement, parent: LocatedElement, keys: dict[str, str]
     ) -> dict[str, float]:
-        """The numbers of some elements, under other keys."""
+        """Numbers of child elements, with renamed keys."""
         path = ("joints", element.get("name"), parent.tag)
         values: dict[str, float] = {}
         for tag, key in keys.items():
@@ -211,7 +211,7 @@ class GazeboJoints:
         return values
 
     def _limits(self, element: LocatedElement, limit: LocatedElement | None) -> list[float]:
-        """Lower and upper limit; nothing without any."""
+        """Lower and upper limit; empty if there are none."""
         if limit is None:
             return []
         key = ("joints", element.get("name"), "limits")
@@ -228,7 +228,7 @@ class GazeboJoints:
     # -- places
 
     def _pose(self, element: LocatedElement, child: str) -> Transform:
-        """Pose of the joint in the base, all joints at zero."""
+        """Pose of the joint in the base frame with all joints at zero."""
         pose = element.first("pose")
         key = ("joints", element.get("name"), "pose")
         around = self.poses.link(child)
@@ -244,7 +244,7 @@ class GazeboJoints:
         return around @ Transform(rotation_from_rpy(roll, pitch, yaw), frozen(xyz))
 
     def _axis(self, element: LocatedElement, pose: Transform) -> Array:
-        """The axis (3,) in the frame of the joint, whose pose in the base is given."""
+        """The axis (3,) in the joint frame; `pose` is that of the joint in the base frame."""
         key: KeyPath = ("joints", element.get("name"), "axis")
         axis = element.first("axis")
         xyz = None if axis is None else axis.first("xyz")
@@ -266,7 +266,7 @@ class GazeboJoints:
         return direction
 
     def _frame(self, element: LocatedElement, name: str, key: KeyPath) -> Transform:
-        """Pose in the base of a frame that a pose or an axis names."""
+        """Pose in the base frame of a frame that a pose or an axis names."""
         links = self.document.section("links")
         if name == _MODEL:
             return Transform()

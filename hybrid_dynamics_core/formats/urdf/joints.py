@@ -16,7 +16,7 @@ _TYPES = {
 }
 _ONE_FREEDOM = ("revolute", "prismatic")
 _X_AXIS = (1.0, 0.0, 0.0)
-UNLIMITED = 1e9  # [N m or N, rad/s or m/s] what programs write for no limit
+UNLIMITED = 1e9  # [N m or N, rad/s or m/s] a common value for no limit
 _INFINITY = ("inf", "infinity")
 _BOUNDS = {"effort": "effort_limit", "velocity": "velocity_limit"}
 
@@ -39,7 +39,7 @@ class JointReader:
         }
 
     def motion(self) -> Data:
-        """Axis, limits, friction and mimic of the joint, as far as it has them."""
+        """Axis, limits, friction and mimic of the joint, if given."""
         if self._type() not in _ONE_FREEDOM:
             return self._motion_of_several()
         entries: Data = {"axis": self._axis()}
@@ -57,7 +57,7 @@ class JointReader:
         return entries
 
     def _motion_of_several(self) -> Data:
-        """Axis of a planar joint, which is the normal of its plane; nothing of a floating one."""
+        """Axis of a planar joint, which is the normal of its plane; empty for a floating joint."""
         for tag in ("limit", "dynamics", "mimic"):
             if self.element.first(tag) is not None:
                 kind = self.element.get("type")
@@ -94,7 +94,7 @@ class JointReader:
         return direction
 
     def _limits(self, limit: LocatedElement) -> Data:
-        """Lower and upper limit, as far as there are any."""
+        """Lower and upper limit, if given."""
         key = (*self.path, "limits")
         self.xml.locate(key, limit)
         lower = self.xml.number(limit, "lower", key, 0.0)
@@ -113,7 +113,7 @@ class JointReader:
         return {}
 
     def _bounds(self, limit: LocatedElement) -> Data:
-        """The largest effort and rate, as far as they are given."""
+        """Limits of effort and rate, if given."""
         entries: Data = {}
         for attribute, key in _BOUNDS.items():
             path = (*self.path, key)
@@ -126,7 +126,7 @@ class JointReader:
         return entries
 
     def _bound(self, limit: LocatedElement, attribute: str, path: KeyPath) -> float:
-        """A number [N m, N, rad/s or m/s], `UNLIMITED` where none is given."""
+        """A limit [N m, N, rad/s or m/s]; `UNLIMITED` if none is given."""
         if limit.get(attribute).strip().lower().lstrip("+") in _INFINITY:
             return UNLIMITED
         return self.xml.number(limit, attribute, path, UNLIMITED)

@@ -1,6 +1,6 @@
-"""What URDF+ adds to URDF: <loop> and <coupling> beside the tree, `independent` on its joints.
+"""Additions of URDF+ to URDF: <loop> and <coupling>, and `independent` of joints.
 
-Chignoli et al. (2024), arXiv 2411.19753. A loop joins a frame of its predecessor to one of its
+Chignoli et al. (2024), arXiv 2411.19753. A loop ties a frame on its predecessor to one on its
 successor.
 """
 
@@ -20,7 +20,7 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .couplings import Hung, coupled_joints
 
-SPHERICAL = "spherical"  # not in URDF+, which has no word for it
+SPHERICAL = "spherical"  # an extension of this library to URDF+
 _LOOP_KINDS = {
     "revolute": "axis",
     "continuous": "axis",
@@ -45,7 +45,7 @@ def add_loops(xml: XmlReader) -> None:
 
 
 def add_extras(xml: XmlReader) -> None:
-    """Add the active joints of a URDF+, and what it says beyond the format."""
+    """Add the active joints of a URDF+, and its extras."""
     document = xml.document
     document.data["active"] = _PlusReader(xml).independent_joints()
     document.data["active_set"] = "motors"  # no reference is given: one near zero is searched for
@@ -54,11 +54,11 @@ def add_extras(xml: XmlReader) -> None:
 
 
 def add_motors(document: Document, motors: Sequence[str]) -> None:
-    """Make the joints active that transmissions drive; without any, those that move on their own.
+    """Make joints with transmissions active or, if there are none, all that follow no other.
 
     Args:
         document: of a URDF with loops that does not say which joints are independent.
-        motors: joints that something drives.
+        motors: joints with a drive.
     """
     followers = document.section("joints")
     driven = [name for name in motors if "mimic" not in followers[name]]
@@ -124,7 +124,7 @@ class _PlusReader:
         return end
 
     def add_coupling(self, element: LocatedElement) -> None:
-        """Read ratio * (sum of the predecessor) = (sum of the successor) as a follower."""
+        """Read a <coupling> as a follower."""
         name = self.xml.name(element, "couplings")
         ratio_element = element.first("ratio")
         if ratio_element is None:
@@ -147,14 +147,15 @@ class _PlusReader:
     def add_follower(
         self, element: LocatedElement, order: list[str], coefficients: Mapping[str, float]
     ) -> None:
-        """Add the follower that makes a sum of coefficient * coordinate zero.
+        """Add a follower from the equation: sum of coefficient * coordinate = 0.
 
-        It is the first joint in `order` that is not independent, else the first that follows none.
+        It is the first joint in `order` that is not independent, otherwise the first that follows
+        no other.
         """
         joints = self.document.section("joints")
         for follower in order:
             if joints[follower].get("mimic") == _solved_for(follower, coefficients):
-                return  # said by <mimic> too
+                return  # <mimic> has it too
         leaders = [joint for joint in order if "mimic" not in joints[joint]]
         dependent = [joint for joint in leaders if self.is_dependent(joint)]
         for follower in [*dependent, *leaders]:
@@ -165,7 +166,7 @@ class _PlusReader:
         raise self.xml.error_at(element, f"ties {tied}, which all follow others already")
 
     def hung(self) -> dict[str, Hung]:
-        """How each link hangs on another."""
+        """The joint above each link, by link."""
         hung: dict[str, Hung] = {}
         for name, joint in self.document.section("joints").items():
             moves = joint["type"] != "fixed"
@@ -173,7 +174,7 @@ class _PlusReader:
         return hung
 
     def is_dependent(self, joint: str) -> bool:
-        """Whether a joint is written as not independent."""
+        """Whether a joint has `independent="false"`."""
         for element in self.xml.root.all("joint"):
             if element.get("name") == joint:
                 return element.get("independent", "true").lower() != "true"
@@ -196,7 +197,7 @@ class _PlusReader:
 
 
 def _solved_for(follower: str, coefficients: Mapping[str, float]) -> Data:
-    """The entry of a follower that makes a sum of coefficient * coordinate zero."""
+    """The entry of a follower, from the equation: sum of coefficient * coordinate = 0."""
     multipliers: dict[str, float] = {}
     for joint, coefficient in coefficients.items():
         if joint != follower:

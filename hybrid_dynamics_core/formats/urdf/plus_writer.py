@@ -1,7 +1,7 @@
-"""A robot as URDF+: URDF with <loop> and <coupling> elements beside the tree.
+"""Writer of URDF+: URDF with <loop> and <coupling> elements.
 
-Chignoli et al. (2024), arXiv 2411.19753. Joints say whether they are independent. Parsers that know
-no URDF+ read the spanning tree.
+Chignoli et al. (2024), arXiv 2411.19753. Joints have the attribute `independent`. Parsers of plain
+URDF read the spanning tree.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ _LOOP_TYPES = {  # by kind of closure
 def to_urdf_plus(robot: AnyRobot) -> str:
     """The whole robot as URDF+ text.
 
-    What URDF+ has no words for stands in an element that other programs ignore, and is read back
-    from there. A pin of a planar loop becomes a loop of type revolute. A loop closed by a spherical
-    joint gets the type `spherical`, which only this library reads: URDF+ has none.
+    Data that URDF+ cannot express are in an element that other programs ignore. A pin of a planar
+    loop becomes a loop of type revolute. A loop closed by a spherical joint gets the type
+    `spherical`, which is an extension of this library.
 
     Args:
-        robot: the robot that is written.
+        robot: the robot to write.
     """
     description = description_of(robot)
     root = tree_element(description)
@@ -57,7 +57,7 @@ def to_urdf_plus(robot: AnyRobot) -> str:
 
 
 def _without_mimics(extras: Data, followers: Iterable[str]) -> Data:
-    """The extras without followers that a <coupling> tells."""
+    """The extras without followers that are written as <coupling>."""
     joints = extras.get("joints", {})
     for name in followers:
         joints.get(name, {}).pop("mimic", None)
@@ -82,7 +82,7 @@ def _add_end(loop: Element, tag: str, frame: Frame) -> None:
 
 
 def _add_couplings(root: Element, robot: RobotDescription) -> list[str]:
-    """Add a <coupling> for every follower that has one in URDF+, which knows no offsets.
+    """Add a <coupling> for every follower that URDF+ can express: those without offset.
 
     Returns:
         The names of these followers.

@@ -1,8 +1,8 @@
-"""URDF -> links and joints of a document. Fixed joints are merged later, like any others.
+"""Reader of URDF: links and joints of a document. Fixed joints are merged later.
 
-Visuals, collisions and what else says nothing of the mechanics is left out, with a note. Joints may
-be replaced: a spherical joint becomes three revolute joints NAME_X, NAME_Y, NAME_Z whose axes meet,
-a universal joint two.
+Visuals, collisions and other content without mechanics are left out, with notes. Joints may be
+replaced: a spherical joint by three revolute joints NAME_X, NAME_Y, NAME_Z whose axes meet, a
+universal joint by two.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ def add_urdf(
     """Add links, joints and loops of a URDF(+) to a document; its root link becomes the base.
 
     Args:
-        document: to which they are added.
+        document: the document to extend.
         file: the URDF.
-        replacements: what joints become by name: SPHERICAL, FIXED, UJOINT_XY and the like.
-        replacements_path: where these are written.
+        replacements: replacement of joints by name: SPHERICAL, FIXED, UJOINT_XY and so on.
+        replacements_path: path of these entries, for errors.
         is_alone: no other file says which joints are driven, and what else URDF has no words for.
 
     Returns:
         The name of the robot.
 
     Raises:
-        DescriptionError: the file is wrong, or says what is not covered.
+        DescriptionError: the file is wrong, or has unsupported content.
     """
     root = _root_of(document, file)
     xml = XmlReader(file, root, document)
@@ -89,7 +89,7 @@ def add_urdf(
 
 
 def _root_of(document: Document, file: Path) -> LocatedElement:
-    """The root element of a file; one that is named as xacro is expanded."""
+    """The root element of a file; a .xacro file is expanded."""
     if not is_xacro_name(file):
         return read_xml(file)
     expansion = expand_xacro(file, document.options)
@@ -99,7 +99,7 @@ def _root_of(document: Document, file: Path) -> LocatedElement:
 
 
 def _add_active(xml: XmlReader, motors: list[str]) -> None:
-    """Make joints of a robot with loops active, and add what it says beyond the format."""
+    """Add the active joints and the extras of a robot with loops."""
     if has_loops(xml.root):
         add_extras(xml)
     elif xml.document.section("closures"):
@@ -107,17 +107,17 @@ def _add_active(xml: XmlReader, motors: list[str]) -> None:
 
 
 def expand_urdf(document: Document, is_alone: bool = False) -> str:
-    """Add the URDF file that a description names, from the folder of the description.
+    """Add the content of the URDF file that a description names.
 
     Args:
         document: the description.
         is_alone: no other file says which joints are driven, and what else URDF has no words for.
 
     Returns:
-        The name that the URDF gives the robot; empty where the description names none.
+        The robot's name in the URDF; empty if the description names no URDF.
 
     Raises:
-        DescriptionError: the file is not there or wrong, or says what is not covered.
+        DescriptionError: the file is missing or wrong, or has unsupported content.
     """
     entry = document.data.pop("urdf", None)
     if entry is None:
@@ -136,7 +136,7 @@ def expand_urdf(document: Document, is_alone: bool = False) -> str:
 
 
 def _named_file(document: Document, name: str, key: KeyPath) -> Path:
-    """The file that a description names, by a path from its folder or in a package."""
+    """The file that a description names, by a relative path or in a package."""
     here = Path(document.file or "robot.yaml")
     try:
         file = Packages(here, document.options.search_path).resolve(name, here.parent)
@@ -153,10 +153,10 @@ class _UrdfReader:
     def __init__(self, xml: XmlReader) -> None:
         self.xml = xml
         self.document = xml.document
-        self.children: set[str] = set()  # links that hang on a joint
+        self.children: set[str] = set()  # links that are the child of a joint
 
     def check_root(self) -> None:
-        """Refuse what is no URDF, and note what is left out."""
+        """Refuse a file that is no URDF, and add notes on words left out."""
         root = self.xml.root
         if root.tag == "sdf":
             raise self.xml.error(root, (), "is SDFormat, not URDF; load() reads it")
@@ -212,7 +212,7 @@ class _UrdfReader:
         return entry
 
     def is_base(self, path: KeyPath) -> bool:
-        """Whether a link hangs on no joint."""
+        """Whether a link is no child of any joint."""
         _, name = path
         ends = [joint.first("child") for joint in self.xml.root.all("joint")]
         return all(end is None or end.get("link") != name for end in ends)
@@ -241,7 +241,7 @@ class _UrdfReader:
             self.leave_idle(name)
 
     def leave_idle(self, name: str) -> None:
-        """Let nobody drive a joint, unless the description that names the file says so."""
+        """Exclude a joint from the driven ones, unless the description lists it."""
         data = self.document.data
         idle = data.setdefault("idle", [])
         if name not in (*idle, *data.get("active", [])):
@@ -250,7 +250,7 @@ class _UrdfReader:
     # -- base
 
     def add_base(self) -> None:
-        """Make the link that is no child the base; of several the world, on which they stand."""
+        """Set the base: the only link without a parent, or a link `world` below several of them."""
         links = [element.get("name") for element in self.xml.root.all("link")]
         roots = [name for name in links if name not in self.children] or self.undeclared(links)
         if len(roots) == 1:
@@ -268,7 +268,7 @@ class _UrdfReader:
         self.put_on_world(roots)
 
     def undeclared(self, links: list[str]) -> list[str]:
-        """The link that joints name as their parent, and that has no element, with a note."""
+        """A parent link without an element of its own, with a note."""
         joints = self.document.section("joints").values()
         parents = dict.fromkeys(joint["parent"] for joint in joints)
         names = [name for name in parents if name not in links]
@@ -278,7 +278,7 @@ class _UrdfReader:
         return names
 
     def put_on_world(self, roots: list[str]) -> None:
-        """Fix links without a parent at the origin of the world, where other programs put them."""
+        """Fix links without a parent at the origin of the world, as other programs do."""
         base = _WORLD
         while base in self.document.section("links"):
             base += "_"

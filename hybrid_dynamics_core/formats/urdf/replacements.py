@@ -1,4 +1,4 @@
-"""Joints of a URDF that stand for spherical or universal joints, or are to be fixed."""
+"""Replacement of URDF joints by spherical, universal or fixed joints."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _EXPECTED = "SPHERICAL, FIXED, UJOINT_XY and the like"
 def add_replacement(
     xml: XmlReader, element: LocatedElement, entry: Data, kind: str, written: KeyPath
 ) -> None:
-    """Add the joints that stand in place of one: about axes of its frame, massless links between.
+    """Add the joints that replace one: about axes of its frame, with massless links in between.
 
     Args:
         xml: the URDF.
         element: the joint.
         entry: type, parent, child and origin of the joint.
-        kind: SPHERICAL, FIXED, UJOINT_XY and the like.
-        written: where the kind is written.
+        kind: SPHERICAL, FIXED, UJOINT_XY and so on.
+        written: path of the kind's entry.
 
     Raises:
-        DescriptionError: the kind is none of these, or a name is taken.
+        DescriptionError: the kind is unknown, or a name is taken.
     """
     name = element.get("name")
     if kind == "FIXED":
@@ -38,7 +38,7 @@ def add_replacement(
     parent = entry["parent"]
     origin = entry["origin"]
     for letter in letters[:-1]:
-        link = f"{name}_{letter}"  # its joint has the same name
+        link = f"{name}_{letter}"  # name of both link and joint
         xml.add(("links", link), {}, element)
         joint = _revolute(parent, link, origin, letter)
         xml.add(("joints", link), joint, element)

@@ -13,10 +13,10 @@ _OMITTED = "efforts here are those of the joints"
 
 
 class Drives:
-    """Reads what a URDF says of drives; its links and joints are in the document.
+    """Reads the drives of a URDF whose links and joints are in the document.
 
     Attributes:
-        motors: joints that something drives, in order.
+        motors: joints with a drive, in order.
     """
 
     def __init__(self, xml: XmlReader) -> None:
@@ -25,7 +25,7 @@ class Drives:
         self.motors: list[str] = []
 
     def read(self) -> None:
-        """Read motors, rotors and followers, and note all else."""
+        """Read motors, rotors and followers, and add notes on all else."""
         transmissions = self.xml.root.all("transmission")
         for element in transmissions:
             self._read_transmission(element)
@@ -48,7 +48,7 @@ class Drives:
             self._read_actuator(actuator, driven)
 
     def _read_actuator(self, actuator: LocatedElement, driven: list[str]) -> None:
-        """Read a rotor behind a gear, in Drake's words."""
+        """Read rotor inertia and gear ratio, in Drake's elements."""
         drive: Data = {}
         for tag, key in _ROTOR.items():
             child = actuator.first(tag)
@@ -74,7 +74,7 @@ class Drives:
                 self._add_motors(names)
 
     def _add_follower(self, element: LocatedElement, name: str) -> None:
-        """Read <param name="mimic">, unless <mimic> says it already."""
+        """Read <param name="mimic">, unless <mimic> has it already."""
         params = {param.get("name"): param for param in element.all("param")}
         source = params.get("mimic")
         if source is None or "mimic" in self.joints[name]:
@@ -93,6 +93,6 @@ class Drives:
                 self.motors.append(name)
 
     def _moving(self, names: Iterable[str]) -> list[str]:
-        """Those of some names that are moving joints."""
+        """The moving joints among some names."""
         joints = self.joints
         return [name for name in names if joints.get(name, {"type": "fixed"})["type"] != "fixed"]

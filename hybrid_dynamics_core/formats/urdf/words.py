@@ -1,7 +1,7 @@
-"""The words of URDF: what is read, and notes of what is left out.
+"""The vocabulary of URDF: words that are read, and notes on words left out.
 
-http://wiki.ros.org/urdf/XML, and URDF+ beside it. No element and no attribute is passed over in
-silence. A word that is not read gets a note with its line; one that looks like a slip is refused.
+http://wiki.ros.org/urdf/XML, and URDF+. No element or attribute is ignored silently. A word that is
+not read gets a note with its line. A likely misspelling is refused.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ URDF: dict[str, Vocabulary] = {
 OMITTED: dict[str, Vocabulary] = {
     "robot": vocabulary("", "material"),
     "link": vocabulary("type", "visual collision sensor"),
-    "inertia": vocabulary("iyx izx izy"),  # by symmetry
+    "inertia": vocabulary("iyx izx izy"),  # redundant by symmetry
     "joint": vocabulary("", "calibration safety_controller"),
     _FIXED_JOINT: vocabulary("", "axis limit dynamics mimic calibration safety_controller"),
     "limit": vocabulary("acceleration deceleration jerk"),
@@ -82,14 +82,14 @@ _MAX_SHOWN = 20  # characters of a text
 
 @dataclass
 class _Place:
-    """Where a word that is left out stands first, and how often it stands anywhere."""
+    """First place of a word left out, and its number of occurrences."""
 
     element: LocatedElement
     count: int = 0
 
 
 class WordCheck:
-    """Goes through the elements of a URDF; `<gazebo>` and the like have readers of their own.
+    """Checks the elements of a URDF, except `<gazebo>` and others with readers of their own.
 
     Args:
         xml: the file.
@@ -103,7 +103,8 @@ class WordCheck:
         """Check all elements, and add the notes.
 
         Raises:
-            DescriptionError: a word that looks like a slip, or that ties links or joints.
+            DescriptionError: a word is likely misspelled, or ties links or joints in an unsupported
+                way.
         """
         root = self.xml.root
         version = root.get("version").strip()
@@ -145,7 +146,7 @@ class WordCheck:
             self._omit(element, f"{name} of <{kind}>")
 
     def _is_read(self, child: LocatedElement, kind: str, key: KeyPath) -> bool:
-        """Whether an element is read; it is checked then, and else noted or refused."""
+        """Whether an element is read; if so it is checked, otherwise noted or refused."""
         tag = child.tag
         covered = URDF[kind].elements or frozenset()
         if tag in covered:
@@ -167,7 +168,7 @@ class WordCheck:
         covered: frozenset[str],
         key: KeyPath,
     ) -> None:
-        """Refuse a word that is nearly one of those that are read."""
+        """Refuse a word that is almost equal to a known one."""
         for meant in sorted(covered):
             if _is_slip(fold_name(word), meant):
                 hint = did_you_mean(meant)
@@ -179,14 +180,14 @@ class WordCheck:
 
 
 def _kind(element: LocatedElement) -> str:
-    """Under which key the words of an element stand."""
+    """The key of an element in the tables of words."""
     if element.tag == "joint" and element.get("type") == "fixed":
         return _FIXED_JOINT
     return element.tag
 
 
 def _is_slip(word: str, meant: str) -> bool:
-    """Whether one letter too many, too few, another one, or two exchanged part two words."""
+    """Whether two words differ by one inserted, missing, wrong or swapped letter."""
     start = 0
     while start < min(len(word), len(meant)) and word[start] == meant[start]:
         start += 1

@@ -1,7 +1,7 @@
-"""A robot as URDF: its spanning tree, with all joints, loops cut.
+"""Writer of URDF: the spanning tree with all joints; loops are cut.
 
-URDF knows no loops. Positions of all joints, as `robot.close` gives them, show the robot as it is.
-Links are drawn as thin rods to their joints, pins and frames, since a description has no shapes.
+URDF has no loops. With the joint positions of `robot.close` the robot looks closed. Links are drawn
+as thin rods to their joints, pins and frames, since a description has no shapes.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from .joints import UNLIMITED
 FEATURES = frozenset(
     {Feature.FRICTION, Feature.MIMIC, Feature.EFFORT_LIMITS, Feature.VELOCITY_LIMITS}
 )
-_LONGEST_TRAVEL = 1e3  # [m] a slide without a limit gets one so far off: URDF wants both
+_LONGEST_TRAVEL = 1e3  # [m] limit of slides without one, since URDF requires both
 
 
 def to_urdf(robot: AnyRobot) -> str:
     """The spanning tree of a robot as URDF text, with the same link frames and joint names.
 
-    Axes, masses, inertias and limits on both sides are the same too. Frames become links without
-    mass on fixed joints, payloads links with mass. A comment at the top names the loops that are
-    cut, what else a URDF has no words for, and the joints whose limits are written otherwise.
+    Axes, masses, inertias and two-sided limits are the same too. Frames become massless links on
+    fixed joints, payloads links with mass. A comment at the top lists the cut loops, other lost
+    data, and the joints with changed limits.
 
     Args:
         robot: the robot that is written.
@@ -45,7 +45,7 @@ def to_urdf(robot: AnyRobot) -> str:
 
 
 def limits_text(robot: RobotDescription) -> str:
-    """A sentence on the joints whose limits URDF cannot say, empty where there are none.
+    """A sentence on the joints whose limits URDF cannot express; empty if there are none.
 
     They are revolute joints with one limit, and slides with one or none.
     """
@@ -57,7 +57,7 @@ def limits_text(robot: RobotDescription) -> str:
 
 
 def _free_followers(robot: RobotDescription) -> str:
-    """A sentence on the joints that follow several others, which URDF cannot say."""
+    """A sentence on the joints that follow several others, which URDF cannot express."""
     names = [name for name, mimic in robot.mimics.items() if len(mimic.multipliers) > 1]
     if not names:
         return ""
@@ -93,7 +93,7 @@ def add_frame(root: Element, name: str, frame: Frame) -> None:
 
     Args:
         root: the <robot> element.
-        name: of the new link.
+        name: name of the new link.
         frame: pose of the frame in the link that carries it.
     """
     SubElement(root, "link", name=name)
@@ -101,10 +101,10 @@ def add_frame(root: Element, name: str, frame: Frame) -> None:
 
 
 def add_origin(element: Element, translation: Array, rotation: Array) -> None:
-    """Add an <origin>: a pose as URDF has it.
+    """Add an <origin>.
 
     Args:
-        element: the joint, visual or loop end that stands there.
+        element: the joint, visual or loop end at this pose.
         translation: (3,) [m] in the parent's frame.
         rotation: (3, 3) from the element's frame to the parent's.
     """
@@ -171,7 +171,7 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
 
 
 def _limits_note(joint: Joint) -> str:
-    """How limits that URDF cannot say are written; empty for others."""
+    """Text on limits that URDF cannot express; empty for others."""
     if _has_both_limits(joint):
         return ""
     lower, upper = joint.limits
@@ -179,7 +179,7 @@ def _limits_note(joint: Joint) -> str:
     if joint.type == "prismatic":
         least, largest = _written_limits(joint)
         return f"{limits}, written as {least:g} to {largest:g} m"
-    if lower == -math.inf and upper == math.inf:  # continuous says so
+    if lower == -math.inf and upper == math.inf:  # type continuous
         return ""
     return f"{limits}, written as continuous"
 
@@ -189,7 +189,7 @@ def _has_both_limits(joint: Joint) -> bool:
 
 
 def _written_limits(joint: Joint) -> tuple[float, float]:
-    """The limits of a joint [rad or m], with a stand-in for each one that a slide has not."""
+    """The limits of a joint [rad or m], with a substitute for each missing limit of a slide."""
     lower, upper = joint.limits
     if lower == -math.inf:
         lower = min(upper, 0.0) - _LONGEST_TRAVEL
@@ -216,7 +216,7 @@ def _add_mimic(joint_element: Element, mimic: Mimic) -> None:
 
 
 def _add_fixed_joint(root: Element, link: str, frame: Frame) -> None:
-    """Fix a link at a frame: the link that carries the frame is its parent."""
+    """Add a fixed joint from the link of a frame to a link at that frame."""
     element = SubElement(root, "joint", name=f"{link}_fixed", type="fixed")
     add_origin(element, frame.translation, frame.rotation)
     SubElement(element, "parent", link=frame.link)

@@ -1,4 +1,4 @@
-"""Poses of the links of a URDF with all joints at zero, and places given there."""
+"""Poses of the links of a URDF with all joints at zero."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ _ZERO = (0.0, 0.0, 0.0)
 
 
 class ZeroPoses:
-    """Links of a document whose joints are read, and that has a base.
+    """Zero poses of the links of a document that has joints and a base.
 
     Args:
-        document: with links and joints.
+        document: a document with links and joints.
     """
 
     def __init__(self, document: Document) -> None:
@@ -23,7 +23,7 @@ class ZeroPoses:
         self._poses: dict[str, Transform] = {document.data["base"]: Transform()}
 
     def link(self, name: str) -> Transform:
-        """Pose of a link in the base."""
+        """Pose of a link in the base frame."""
         chain: list[str] = []
         while name not in self._poses:
             chain.append(name)
@@ -35,12 +35,12 @@ class ZeroPoses:
         return pose
 
     def in_link(self, name: str, pose: Transform) -> Data:
-        """A pose in the base as a pose in a link, as a description file has it."""
+        """The entry of a pose relative to a link, from a pose in the base frame."""
         inside = self.link(name).inverse() @ pose
         return {"xyz": inside.translation.tolist(), "rpy": rpy_of(inside.rotation).tolist()}
 
 
 def as_transform(origin: Data) -> Transform:
-    """The pose of an origin as a description file has it, numbers only."""
+    """The pose of an `origin` entry that has only numbers."""
     rotation = rotation_from_rpy(*origin.get("rpy", _ZERO))
     return Transform(rotation, frozen(origin.get("xyz", _ZERO)))

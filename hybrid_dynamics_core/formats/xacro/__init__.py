@@ -1,4 +1,4 @@
-"""Xacro files: expanded by PyPI's xacro, in a process that can reach nothing.
+"""Xacro files, expanded by PyPI's xacro in an isolated process.
 
-`expand` starts it and answers what it asks for; `worker` is what runs there.
+`expand` starts the process and answers its requests; `worker` is its program.
 """

@@ -1,4 +1,4 @@
-"""A xacro file becomes plain elements that know where they were written."""
+"""Expansion of a xacro file to elements with their original file and line."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from ..xml.located_xml import MAX_DEPTH, MAX_ELEMENTS, LocatedElement
 
 SUFFIX = ".xacro"
 _WORKER = Path(__file__).with_name("worker.py")
-_MAX_FILES = 500  # that one file includes
-_MAX_TEXT = 20_000_000  # characters of all that it includes, and of what comes of it
-_MAX_COMPUTING = 4  # [s] of processor time
-_MAX_SECONDS = 60.0  # until a process that does not answer is ended
+_MAX_FILES = 500  # included by one file
+_MAX_TEXT = 20_000_000  # [characters] of all included files, and of the result
+_MAX_COMPUTING = 4  # [s] limit of processor time
+_MAX_SECONDS = 60.0  # [s] timeout of the process
 _OUT_OF_TIME = -24  # SIGXCPU
 
 
@@ -33,12 +33,12 @@ _INSTALLED = "; where a package has it only once it is built and installed, set 
 
 @dataclass(frozen=True)
 class Expansion:
-    """What a xacro file becomes.
+    """The result of an expansion.
 
     Attributes:
-        root: its root element; every element knows its file and line.
-        notes: what xacro says of it.
-        files: that were read.
+        root: root element; every element has its file and line.
+        notes: warnings of xacro.
+        files: files that were read.
     """
 
     root: LocatedElement
@@ -47,20 +47,20 @@ class Expansion:
 
 
 def is_xacro_name(path: Path) -> bool:
-    """Whether a file is named as xacro, which is what lets its expressions be evaluated."""
+    """Whether a file's name ends in .xacro; only then its expressions are evaluated."""
     return path.suffix == SUFFIX
 
 
 def expand_xacro(path: Path, options: FileOptions) -> Expansion:
-    """Expand a file that is named as xacro.
+    """Expand a .xacro file.
 
     Args:
         path: of the file.
-        options: arguments, and where packages are looked for.
+        options: arguments, and the search path of packages.
 
     Raises:
         InputError: the file has no argument of a name in the options.
-        DescriptionError: it cannot be expanded, or does what reading a file must not do.
+        DescriptionError: the file cannot be expanded, or an expression is not allowed.
     """
     if find_spec("xacro") is None:
         raise DescriptionError("xacro files need xacro: pip install xacro", file=path)
@@ -68,7 +68,7 @@ def expand_xacro(path: Path, options: FileOptions) -> Expansion:
 
 
 class _Expander:
-    """Runs the worker for one file, and answers what it asks for."""
+    """Runs the worker for one file, and answers its requests."""
 
     def __init__(self, path: Path, options: FileOptions) -> None:
         self.path = path
@@ -95,7 +95,7 @@ class _Expander:
         return Expansion(root, notes, self.files)
 
     def result(self) -> dict[str, Any]:
-        """What the worker makes of the file."""
+        """The result of the worker."""
         command = [sys.executable, "-I", "-S", "-B", str(_WORKER)]
         request = {
             "path": sys.path,
@@ -126,7 +126,7 @@ class _Expander:
     def answer_all(
         self, process: subprocess.Popen[str], request: dict[str, Any]
     ) -> dict[str, Any] | None:
-        """Answer the worker until it is done; None where it ends without a result."""
+        """Answer the worker until it is done; None if it ends without a result."""
         assert process.stdin is not None  # noqa: S101 - it is a pipe
         assert process.stdout is not None  # noqa: S101
         message: Any = request
@@ -145,7 +145,7 @@ class _Expander:
         return None
 
     def answer(self, question: dict[str, str]) -> dict[str, Any]:
-        """What the worker gets for a question."""
+        """The answer to a request of the worker."""
         try:
             if "find" in question:
                 return {"value": str(self.packages.find(question["find"]))}
@@ -156,12 +156,12 @@ class _Expander:
             return {"error": str(error)}
 
     def matching(self, pattern: Path) -> list[str]:
-        """Files of one folder whose names match."""
+        """Files of one folder whose names match a pattern."""
         self.packages.require(pattern.parent)
         return sorted(map(str, pattern.parent.glob(pattern.name)))[:_MAX_FILES]
 
     def text_of(self, path: Path) -> dict[str, Any]:
-        """The text of a file that is included."""
+        """The text of an included file."""
         self.packages.require(path)
         if not path.exists():
             return {"error": f"there is no file {path}{_INSTALLED}", "missing": True}
@@ -179,11 +179,11 @@ class _Expander:
         return DescriptionError(f"xacro: {one_line(problem)}", file=self.named(file), line=line)
 
     def named(self, file: str) -> Path:
-        """A file as messages name it: the main one as the call does."""
+        """The path of a file in messages; for the main file, that of the call."""
         return self.path if file == self.place else Path(file)
 
     def tree(self, rows: list[Any]) -> LocatedElement:
-        """The root of elements that are listed in the order of the file."""
+        """The root of a tree of elements from rows in the order of the file."""
         if len(rows) > MAX_ELEMENTS:
             raise self.error(f"becomes more than {MAX_ELEMENTS} elements", None)
         open_elements: list[LocatedElement] = []
@@ -203,7 +203,7 @@ class _Expander:
 
 
 def _send(pipe: IO[str], message: dict[str, Any]) -> bool:
-    """Whether the worker is there to take a message."""
+    """Send a message; returns whether the worker is still running."""
     try:
         pipe.write(json.dumps(message) + "\n")
         pipe.flush()
@@ -213,7 +213,7 @@ def _send(pipe: IO[str], message: dict[str, Any]) -> bool:
 
 
 def _ended(code: int) -> str:
-    """Why a worker has no result."""
+    """The reason why a worker gave no result."""
     if code == _OUT_OF_TIME:
         return f"takes too long to expand: more than {_MAX_COMPUTING} s of computing"
     return f"cannot be expanded: xacro ended with {code}, out of memory or time"

@@ -1,9 +1,10 @@
-"""What runs in the process that expands a xacro file: xacro, and nothing that it could reach.
+"""The program of the isolated process that expands a xacro file.
 
-It is run by its path and imports only xacro and the standard library. It asks its parent, in lines
-of JSON, for the text of every file and for the folder of every package. Expressions of the file are
-Python; those that could leave xacro's own functions and values are refused before they run. Opening
-files, sockets or processes is refused by an audit hook, too much time or memory by the system.
+It is run by its path and imports only xacro and the standard library. It requests the text of every
+file and the folder of every package from its parent, in lines of JSON. Expressions of the file are
+Python. Those that could reach more than xacro's functions and values are refused before they run.
+An audit hook refuses files, sockets and processes. System limits end it if it needs too much time
+or memory.
 """
 
 from __future__ import annotations
@@ -21,31 +22,31 @@ from xml.dom import expatbuilder, minidom
 
 _MEMORY = 1_000_000_000  # bytes
 _MAX_WARNINGS = 20
-_PLACE = "place"  # key of what elements remember: their file and line
-_HIDDEN_NAMES = ("type", "vars")  # of xacro's python namespace: they lead to all classes
-_INSPECTION = frozenset(  # attributes by which code finds what is around it
+_PLACE = "place"  # key of the file and line of elements
+_HIDDEN_NAMES = ("type", "vars")  # names in xacro's Python namespace that lead to all classes
+_INSPECTION = frozenset(  # attributes for introspection
     {
         *("ag_await", "ag_code", "ag_frame", "cr_await", "cr_code", "cr_frame", "cr_origin"),
         *("f_back", "f_builtins", "f_code", "f_globals", "f_lineno", "f_locals", "f_trace"),
         *("gi_code", "gi_frame", "gi_yieldfrom", "mro", "tb_frame", "tb_next"),
     }
 )
-_PLAIN = ("list", "dict", "map", "str", "float", "int")  # that $(eval ...) has
-_FORMATTING = ("format", "format_map")  # they read attributes named in texts
-_HARMLESS = frozenset(  # events that expressions and macros cause
+_PLAIN = ("list", "dict", "map", "str", "float", "int")  # builtins in $(eval ...)
+_FORMATTING = ("format", "format_map")  # methods that read attributes named in texts
+_HARMLESS = frozenset(  # audit events that expressions and macros cause
     {"compile", "exec", "object.__getattr__", "object.__setattr__", "builtins.id", "code.__new__"}
 )
 
 
 class RefusedError(Exception):
-    """Something that reading a file must not do."""
+    """An action that is not allowed while reading a file."""
 
 
 # -- the parent
 
 
 def ask(question: dict[str, Any]) -> Any:
-    """What the parent answers; it refuses what is out of reach."""
+    """The answer of the parent process to a request."""
     sys.__stdout__.write(json.dumps(question) + "\n")  # type: ignore[union-attr]
     sys.__stdout__.flush()  # type: ignore[union-attr]
     answer = json.loads(sys.__stdin__.readline())  # type: ignore[union-attr]
@@ -60,7 +61,7 @@ def ask(question: dict[str, Any]) -> Any:
 
 
 def require_harmless(tree: ast.AST, text: str) -> None:
-    """Refuse an expression that could reach more than xacro's functions and values."""
+    """Raise if an expression could reach more than xacro's functions and values."""
     for node in ast.walk(tree):
         name = ""
         if isinstance(node, ast.Name):
@@ -78,7 +79,7 @@ def _is_dotted(node: ast.AST) -> bool:
 
 
 def _is_plain_format(value: ast.expr) -> bool:
-    """Whether a text is written in the expression, and names no hidden attribute."""
+    """Whether a text is a literal of the expression that names no hidden attribute."""
     return isinstance(value, ast.Constant) and "_" not in str(value.value)
 
 
@@ -95,7 +96,7 @@ def evaluate(text: str, symbols: Any, local_symbols: Any = None) -> Any:
 
 
 class _Copied:
-    """Copies of an element come from where it does."""
+    """Keeps the location of an element in its copies."""
 
     def handle(self, _operation: int, key: str, data: Any, _source: Any, copy: Any) -> None:
         if copy is not None:
@@ -103,7 +104,7 @@ class _Copied:
 
 
 class _Builder(expatbuilder.ExpatBuilderNS):
-    """Reads elements with the lines where they open."""
+    """Builder of elements with their lines."""
 
     file = ""
 
@@ -119,7 +120,7 @@ class _Builder(expatbuilder.ExpatBuilderNS):
 
 
 def parse(_given: Any, filename: str) -> Any:
-    """The document of a file; in place of xacro's own function."""
+    """Parse a file; replaces xacro's function."""
     try:
         text = ask({"read": filename})
     except FileNotFoundError as error:
@@ -136,7 +137,7 @@ def find(name: str) -> str:
 
 
 def absolute(filename: str) -> str:
-    """A path that does not depend on the file in which it stands."""
+    """An absolute path, from one relative to the including file."""
     if filename.startswith("package://"):
         name, _, inside = filename.removeprefix("package://").partition("/")
         return f"{find(name)}/{inside}"
@@ -144,25 +145,25 @@ def absolute(filename: str) -> str:
 
 
 def open_text(filename: str, *_: Any, **__: Any) -> io.StringIO:
-    """A file for reading; in place of `open`."""
+    """Open a file for reading; replaces `open`."""
     return io.StringIO(ask({"read": filename}))
 
 
 def no_environment(name: str) -> str:
-    """The environment is not read."""
+    """Refuse `$(env ...)`."""
     raise RefusedError(
         f"$(env {name}): the environment is not passed on to a file; make it a xacro:arg"
     )
 
 
 def default_of_environment(name: str, default: str = "") -> str:
-    """The default, with a warning."""
+    """The default of `$(optenv ...)`, with a warning."""
     xacro.warning(f"$(optenv {name}): the environment is not read; taken: '{default}'")
     return default
 
 
 def evaluate_substitution(text: str, context: dict[str, Any]) -> str:
-    """The value of `$(eval ...)`, with xacro's functions and nothing else."""
+    """The value of `$(eval ...)`, with xacro's functions only."""
     arguments = context.get("arg", {})
     values = {name: arguments_module.convert_value(arguments[name], "auto") for name in arguments}
     functions = dict(arguments_module._eval_dict, arg=lambda name: values[name])  # noqa: SLF001
@@ -174,7 +175,7 @@ def evaluate_substitution(text: str, context: dict[str, Any]) -> str:
 
 
 class Arguments(dict):  # type: ignore[type-arg]
-    """Arguments of the file, with the names that it asks for."""
+    """Arguments of the file, which record the requested names."""
 
     def __init__(self, given: dict[str, str]) -> None:
         super().__init__(given)
@@ -189,7 +190,7 @@ class Arguments(dict):  # type: ignore[type-arg]
 
 
 def place_of(node: Any) -> Any:
-    """File and line of an element, or of the nearest around it that has them."""
+    """File and line of an element, or of the nearest enclosing one that has them."""
     while node is not None:
         place = node.getUserData(_PLACE) if hasattr(node, "getUserData") else None
         if place:
@@ -199,7 +200,7 @@ def place_of(node: Any) -> Any:
 
 
 def located(function: Any) -> Any:
-    """The function; its errors know the innermost element that they are about."""
+    """Wrap a function so that its errors have the location of the innermost element."""
 
     def call(node: Any, *arguments: Any) -> Any:
         place = place_of(node)
@@ -217,7 +218,7 @@ def located(function: Any) -> Any:
 
 
 def guard(seconds: int) -> None:
-    """Make xacro ask the parent for all that is outside, and refuse everything else."""
+    """Redirect xacro's access to files to the parent, and refuse all other access."""
     for name in ("eval_all", "process_include", "grab_property", "grab_macro"):
         setattr(xacro, name, located(getattr(xacro, name)))
     xacro.handle_macro_call = located(xacro.handle_macro_call)
@@ -244,13 +245,13 @@ def guard(seconds: int) -> None:
 
 
 def refuse(event: str, arguments: Any) -> None:
-    """Refuse what reading a file does not need."""
+    """Audit hook: refuse events that reading a file does not need."""
     if event not in _HARMLESS and not event.startswith("cpython."):
         raise RefusedError(f"{event} {arguments!r:.100}: reading a file must not do that")
 
 
 def elements(root: Any) -> list[Any]:
-    """Depth, tag, attributes, place and text of every element, in the order of the file."""
+    """Depth, tag, attributes, location and text of every element, in the order of the file."""
     rows = []
     open_nodes = [(root, 0)]
     while open_nodes:
@@ -268,7 +269,7 @@ _TEXT_NODES = (minidom.Node.TEXT_NODE, minidom.Node.CDATA_SECTION_NODE)
 
 
 def expanded(file: str, given: dict[str, str]) -> dict[str, Any]:
-    """What becomes of the file, or what is wrong with it."""
+    """The expanded elements of a file, or the error."""
     arguments = Arguments(given)
     try:
         document = xacro.process_file(file, mappings=arguments)
@@ -290,7 +291,7 @@ import yaml  # noqa: E402, F401 - loaded before files are refused
 from xacro import substitution_args as arguments_module  # noqa: E402
 
 plain_absolute = xacro.abs_filename_spec
-sys.stdout = sys.stderr = io.StringIO()  # what xacro and the file print
+sys.stdout = sys.stderr = io.StringIO()  # discards what xacro and the file print
 guard(request["seconds"])
 result = expanded(request["file"], request["arguments"])
 result["printed"] = sys.stderr.getvalue().splitlines()[:_MAX_WARNINGS]

@@ -1,1 +1,1 @@
-"""What the XML formats share: elements with their lines, typed values, vocabularies, texts."""
+"""Common code of the XML formats: elements with lines, typed values, vocabularies, writing."""

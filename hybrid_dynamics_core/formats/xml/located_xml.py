@@ -1,6 +1,6 @@
-"""XML as plain elements with the lines where they open.
+"""XML as plain elements with the lines of their start tags.
 
-Document types are refused, so no entity can grow or reach outside.
+Document types are refused, so there are no entities.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class LocatedElement:
     Attributes:
         tag: of the element.
         attributes: by name.
-        line: where it opens (1-based).
+        line: line of the start tag (1-based).
         children: elements inside it.
-        text: right inside it.
-        file: in which it stands.
+        text: text directly inside it.
+        file: its file.
     """
 
     tag: str
@@ -76,9 +76,9 @@ def parse_xml(text: str, path: Path) -> LocatedElement:
 
 
 def _as_strict_xml(text: str) -> str:
-    """A text without what other parsers of robots let pass, on the same lines.
+    """A text without errors that other robot parsers tolerate; line numbers stay the same.
 
-    These are `--` in comments, and a declaration behind comments or blank lines.
+    These are `--` in comments, and a declaration after comments or blank lines.
     """
     text = _COMMENT.sub(_blank, text)
     before, declaration, after = text.partition("<?xml")
@@ -89,7 +89,7 @@ def _as_strict_xml(text: str) -> str:
 
 
 def _blank(match: re.Match[str]) -> str:
-    """The lines of a comment without its words; data stays as it is."""
+    """The line breaks of a comment; CDATA is not changed."""
     matched = match[0]
     if not matched.startswith("<!--"):
         return matched

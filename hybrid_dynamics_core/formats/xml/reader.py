@@ -1,4 +1,4 @@
-"""Names and numbers out of XML elements, and entries of a document with the lines of elements."""
+"""Typed access to XML elements, and entries of a document with the lines of elements."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class XmlReader:
     Attributes:
         file: path of the file.
         root: its root element.
-        document: to which entries are added.
+        document: the document to extend.
     """
 
     def __init__(self, file: Path, root: LocatedElement, document: Document) -> None:
@@ -35,11 +35,11 @@ class XmlReader:
     # -- entries
 
     def add(self, path: tuple[str, str], entry: Data, element: LocatedElement) -> None:
-        """Add an entry that stands at an element."""
+        """Add an entry with the line of an element."""
         self.document.add_located(path, entry, self.file_of(element), element.line)
 
     def locate(self, path: KeyPath, element: LocatedElement) -> None:
-        """Say that errors at a path point at an element."""
+        """Let errors at a path point at an element."""
         self.document.set_location(path, self.file_of(element), element.line)
 
     def error(self, element: LocatedElement, key: KeyPath, problem: str) -> DescriptionError:
@@ -48,23 +48,23 @@ class XmlReader:
         return DescriptionError(problem, key=dotted(key), file=file, line=element.line)
 
     def error_at(self, element: LocatedElement, problem: str) -> DescriptionError:
-        """A DescriptionError at an element with a name, as `joints.NAME`."""
+        """A DescriptionError at a named element, with a key such as `joints.NAME`."""
         return self.error(element, (f"{element.tag}s", element.get("name")), problem)
 
     def note(self, element: LocatedElement, text: str) -> None:
-        """Keep a note about an element, with its line."""
+        """Add a note on an element, with its line."""
         self.document.notes.append(f"{self.file_of(element).name}:{element.line}: {text}")
 
     def file_of(self, element: LocatedElement) -> Path:
-        """The file in which an element stands: this one, or one that it includes."""
+        """The file of an element: this one or an included one."""
         return element.file or self.file
 
     def collect(self, element: LocatedElement, subject: str, text: str) -> None:
-        """Keep what is to be noted of several elements alike, for `note_collected`."""
+        """Collect a note that several elements may share, for `note_collected`."""
         self._collected.setdefault(text, []).append(f"{subject} (line {element.line})")
 
     def note_collected(self) -> None:
-        """Add a note for each text, with all that it is said of."""
+        """Add one note for each collected text, with all its subjects."""
         for text, subjects in self._collected.items():
             listed = ", ".join(subjects)
             self.document.notes.append(f"{self.file.name}: {text}: {listed}")
@@ -73,7 +73,7 @@ class XmlReader:
     # -- values
 
     def name(self, element: LocatedElement, kind: str) -> str:
-        """The name of an element that has to have one; `kind` is the key in messages."""
+        """The name of an element, which is required; `kind` is the key in messages."""
         name = element.get("name")
         if not name:
             raise self.error(element, (kind,), f"a <{element.tag}> has no name")
@@ -120,7 +120,7 @@ class XmlReader:
         return list(default)
 
     def leading_numbers(self, element: LocatedElement, attribute: str, key: KeyPath) -> list[float]:
-        """The finite numbers of an attribute, however many; none where there is no such one."""
+        """The finite numbers of an attribute, of any count; empty if the attribute is missing."""
         text = element.get(attribute)
         count = len(text.split())
         return self._parse(element, text, count, key, f'{attribute}="{text}"')
@@ -138,11 +138,11 @@ class XmlReader:
         return self._parse(element, element.text, count, key, f"'{element.text.strip()}'")
 
     def origin(self, element: LocatedElement, path: KeyPath) -> Data:
-        """The <origin> of an element, as URDF has it."""
+        """The pose of a URDF <origin>."""
         return self.pose(element.first("origin"), (*path, "origin"))
 
     def pose(self, origin: LocatedElement | None, key: KeyPath) -> Data:
-        """A pose as URDF has it: xyz, and rpy or a quaternion; the identity without the element."""
+        """A pose from xyz, and rpy or a quaternion; the identity without the element."""
         if origin is None:
             return {"xyz": list(_ZERO_VECTOR), "rpy": list(_ZERO_VECTOR)}
         self.locate(key, origin)

@@ -1,6 +1,6 @@
-"""Which attributes and elements of a format are covered: what is read, and what changes no robot.
+"""Vocabularies of XML formats: attributes and elements that are read, or ignored with a note.
 
-What is left out goes into the notes with its lines. All others are refused.
+Notes list the lines of ignored words. All other words are refused.
 """
 
 from __future__ import annotations
@@ -13,21 +13,22 @@ from .located_xml import LocatedElement
 from .reader import XmlReader
 
 _BOOLEANS = {"true": "1", "false": "0"}
-_SECTIONS = {"body": "links"}  # in messages; of all other elements their tag and an s
-_PREFIXES = ("hybrid_dynamics:", "drake:rotor_inertia", "drake:gear_ratio")  # that are read
-_MAX_LINES = 5  # in a note
+_SECTIONS = {"body": "links"}  # names in messages; for other elements the tag and an s
+_PREFIXES = ("hybrid_dynamics:", "drake:rotor_inertia", "drake:gear_ratio")  # are read
+_MAX_LINES = 5  # listed in a note
 
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """What an element may hold.
+    """The allowed content of an element.
 
     Attributes:
         attributes: names of attributes.
         elements: tags of elements; None for any.
-        fixed: values that change nothing, parted by |, of further attributes and elements.
-        omitted: names of further attributes and elements, which are left out with a note. An
-            element that is among `elements` too is looked into.
+        fixed: allowed values, separated by |, of further attributes and elements; they have no
+            effect.
+        omitted: names of further attributes and elements, which are left out with a note. Elements
+            that are also in `elements` are checked inside.
     """
 
     attributes: frozenset[str] = frozenset()
@@ -39,7 +40,7 @@ class Vocabulary:
 def vocabulary(
     attributes: str = "", elements: str | None = "", omitted: str = "", **fixed: str
 ) -> Vocabulary:
-    """A vocabulary from names with blanks between them."""
+    """A vocabulary from names separated by blanks."""
     tags = None
     if elements is not None:
         tags = frozenset(elements.split())
@@ -47,15 +48,15 @@ def vocabulary(
 
 
 class VocabularyCheck:
-    """Goes through the elements of a file.
+    """Checks the elements of a file.
 
-    Elements without a vocabulary are not looked into. Names with a colon belong to other programs:
-    such elements are left out with a note, but for those of this library.
+    Elements without a vocabulary are not checked inside. Elements with a colon in their name belong
+    to other programs, and are left out with a note, except those of this library.
 
     Args:
         xml: the file.
         table: vocabularies by tag, or by the parent's tag and the element's (`a/b`).
-        advice: ends every message.
+        advice: end of every message.
     """
 
     def __init__(self, xml: XmlReader, table: Mapping[str, Vocabulary], advice: str) -> None:
@@ -69,7 +70,7 @@ class VocabularyCheck:
         """Check an element and all in it.
 
         Raises:
-            DescriptionError: the first attribute or element that is not covered.
+            DescriptionError: the first unsupported attribute or element.
         """
         in_any_parent = self.table.get(element.tag)
         covered = self.table.get(f"{parent}/{element.tag}", in_any_parent)
@@ -85,7 +86,7 @@ class VocabularyCheck:
                 self.check(child, element.tag, key)
 
     def add_notes(self) -> None:
-        """Say in the notes of the document what is left out, with its lines."""
+        """Add notes on words left out, with their lines."""
         notes = self.xml.document.notes
         for tag, elements in self.omitted_elements.items():
             notes.append(f"<{tag}> is left out ({self._lines_text(elements)})")
@@ -96,7 +97,7 @@ class VocabularyCheck:
             notes.append(f"{names} of <{tag}> {verb} left out ({self._lines_text(elements)})")
 
     def _lines_text(self, elements: list[LocatedElement]) -> str:
-        """Lines of elements in words, each once; of many only the first."""
+        """Text of the distinct lines of elements; only the first ones of many."""
         places = dict.fromkeys((self.xml.file_of(element), element.line) for element in elements)
         in_order = sorted(places, key=lambda place: (place[0] != self.xml.file, place))
         shown: list[str] = []
@@ -144,7 +145,7 @@ class VocabularyCheck:
     def _check_value(
         self, element: LocatedElement, shown: str, value: str, fixed: str, key: KeyPath
     ) -> None:
-        """Check that an attribute or element has one of the values that change nothing."""
+        """Check that an attribute or element has one of its allowed values."""
         value = value.strip()
         alternatives = fixed.split("|")
         if not value or any(_equal(value, alternative) for alternative in alternatives):
@@ -162,7 +163,7 @@ class VocabularyCheck:
 
 
 def _equal(one: str, other: str) -> bool:
-    """Whether two values say the same; 0 stands for any number of zeros."""
+    """Whether two values are equal; 0 equals any number of zeros."""
     return _normalized(one) == _normalized(other)
 
 

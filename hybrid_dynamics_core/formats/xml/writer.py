@@ -1,4 +1,4 @@
-"""Texts of XML files: numbers with every digit, comments, indentation."""
+"""Writing of XML: exact numbers, comments, indentation."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ _HYPHEN_BEFORE_HYPHEN = re.compile("-(?=-)")
 
 
 def number_text(value: float) -> str:
-    """Every digit of a number; no minus zero."""
+    """The shortest exact text of a number, without negative zero."""
     return repr(float(value) + 0.0)
 
 
 def numbers_text(values: Iterable[float]) -> str:
-    """Every digit of several numbers."""
+    """The shortest exact texts of several numbers."""
     return " ".join(map(number_text, values))
 
 
@@ -27,9 +27,9 @@ def add_text(parent: Element, tag: str, text: str) -> Element:
 
 
 def insert_comment(element: Element, text: str) -> None:
-    """Put a comment first in an element.
+    """Insert a comment at the beginning of an element.
 
-    Names in it may have two hyphens side by side, which comments may not.
+    Double hyphens in names, which comments may not have, are separated.
     """
     parted = _HYPHEN_BEFORE_HYPHEN.sub("- ", text)
     element.insert(0, Comment(f" {parted} "))

@@ -1,4 +1,4 @@
-"""Names as a description file may have them, in place of those that it may not."""
+"""Replacement of names that a description file does not allow."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from ...description.model import RobotDescription
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./-]{0,199}")
 _OTHERS = re.compile(r"[^A-Za-z0-9_./-]")
-_LONGEST = 190  # leaves room for what makes a name the only one
+_LONGEST = 190  # leaves room for a suffix that makes a name unique
 
 
 class Names:
-    """Names of a robot, each with the one that the file gives it.
+    """Names of a robot, mapped to names in the file.
 
     Attributes:
-        changed: new names by old ones, only those that differ.
+        changed: new names by old ones, if they differ.
     """
 
     def __init__(self, robot: RobotDescription) -> None:

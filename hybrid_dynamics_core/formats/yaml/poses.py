@@ -1,4 +1,4 @@
-"""Poses, axes and bodies as a description file has them, in the words that a person would use."""
+"""Entries of poses, axes and bodies of a description file, in their most readable form."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from ...ground.arrays import Array
 from .text import Expression
 
 _SAME = 4e-16  # two units in the last place of a sine
-_PARTS_OF_PI = 12  # 15 degrees: angles of drawings
+_PARTS_OF_PI = 12  # multiples of 15 degrees, as in drawings
 _LETTERS = dict(zip("xyz", np.eye(3), strict=True))
 
 
 def pose_entry(pose: Transform) -> Data:
-    """xyz and a rotation, each where there is any."""
+    """xyz and a rotation, each only if not zero."""
     entry: Data = {}
     if pose.translation.any():
         entry["xyz"] = pose.translation.tolist()
@@ -32,7 +32,7 @@ def pose_entry(pose: Transform) -> Data:
 
 
 def rotation_entry(rotation: Array) -> Data:
-    """A rotation as rpy, or as a matrix where three angles lose digits."""
+    """A rotation as rpy, or as a matrix if angles would lose digits."""
     if np.array_equal(rotation, IDENTITY):
         return {}
     angles = rpy_of(rotation).tolist()
@@ -54,7 +54,7 @@ def place_entry(kind: str, pose: Transform) -> list[float] | Data:
 
 
 def axis_entry(axis: Array) -> str | list[float]:
-    """A letter where one says it."""
+    """An axis as a letter if possible, otherwise as a vector."""
     for letter, direction in _LETTERS.items():
         if np.array_equal(axis, direction):
             return letter
@@ -64,7 +64,7 @@ def axis_entry(axis: Array) -> str | list[float]:
 
 
 def body_entry(mass: float, com: Array, inertia: Array) -> Data:
-    """Mass, centre of mass and inertia, each where there is any."""
+    """Mass, centre of mass and inertia, each only if not zero."""
     entry: Data = {}
     if mass or com.any() or inertia.any():
         entry["mass"] = mass
@@ -85,7 +85,7 @@ def _components(inertia: Array) -> Data:
 
 
 def _nice(angle: float) -> Any:
-    """A multiple of pi/12 as an expression, where the angle is one."""
+    """An angle as an expression if it is a multiple of pi/12, otherwise as a number."""
     count = round(angle * _PARTS_OF_PI / math.pi)
     if not count or abs(count * math.pi / _PARTS_OF_PI - angle) > _SAME * abs(count):
         return angle

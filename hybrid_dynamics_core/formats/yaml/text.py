@@ -1,4 +1,4 @@
-"""Plain data as YAML that a person reads: an entry a line where it fits, with every digit."""
+"""Readable YAML of plain data: one line per entry if it fits, with exact numbers."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ...description.document import Data
 
 WIDTH = 100  # letters of a line
 _INDENT = "  "
-_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")  # needs no quotes
-_TAKEN = frozenset({"true", "false", "null", "yes", "no", "on", "off"})  # for something else
-_LARGEST_INTEGER = 1e15  # that a float holds to the last digit
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")  # texts without quotes
+_TAKEN = frozenset({"true", "false", "null", "yes", "no", "on", "off"})  # not text
+_LARGEST_INTEGER = 1e15  # below this, integers are exact floats
 
 
 class Expression(str):
-    """A text that is written as it stands, such as pi/2."""
+    """A text that is written without quotes, such as pi/2."""
 
     __slots__ = ()
 
 
 def yaml_text(data: Data) -> str:
-    """The text of a mapping; its sections stand apart, with an entry a line or more.
+    """The text of a mapping, with blank lines between sections.
 
     Args:
         data: dictionaries, lists, texts and numbers.
@@ -44,7 +44,7 @@ def _section(key: str, entries: Data) -> Iterator[str]:
 
 
 def _entry(key: str, value: Any, indent: str) -> Iterator[str]:
-    """The lines of a key and its value: one where they fit, or else one for each part."""
+    """The lines of a key and its value: one line if it fits, otherwise one for each part."""
     line = f"{indent}{_scalar(key)}: {_flow(value)}"
     if len(line) <= WIDTH or not isinstance(value, (dict, list)):
         yield line
@@ -81,7 +81,7 @@ def _scalar(value: Any) -> str:
 
 
 def _number(value: float) -> str:
-    """Every digit of a number; whole ones without a point."""
+    """The shortest exact text of a number; integers without a point."""
     if math.isinf(value):
         return ".inf" if value > 0.0 else "-.inf"
     if value.is_integer() and abs(value) < _LARGEST_INTEGER:

@@ -1,7 +1,7 @@
-"""A robot as a description file of format 1, which a person can read and edit.
+"""Writer of description files of format 1, for people to read and edit.
 
-Everything is written out: modules, legs, rows and parameters have become links, joints and
-closures. Reading it back gives the same robot.
+Modules, legs, rows and parameters are expanded to links, joints and closures. Reading the file
+gives the same robot.
 """
 
 from __future__ import annotations
@@ -25,20 +25,19 @@ from .poses import axis_entry, body_entry, place_entry, pose_entry
 from .text import yaml_text
 
 _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
-_ROUNDING = 1e-13  # relative, of masses that are put together again
+_ROUNDING = 1e-13  # relative rounding of masses that are merged again
 
 
 def to_yaml(robot: AnyRobot) -> str:
     """The description file of a robot.
 
-    What the loader took or left out, and names that had to be changed, stand in comments at its
-    top.
+    Comments at the top list the loader's notes and changed names.
 
     Args:
-        robot: that is written, or its description.
+        robot: the robot to write, or its description.
 
     Raises:
-        InputError: it is neither.
+        InputError: `robot` is neither.
     """
     description = description_of(robot)
     writer = _Writer(description)
@@ -51,14 +50,14 @@ class _Writer:
         self.robot = robot
         self.names = Names(robot)
         self.extras = extras_of(robot, ())
-        # Frames in which the data of links are given, in place of those at their joints.
+        # Frames in which link data are given, if not those at their joints.
         self.link_frames: dict[str, Transform] = {}
         for name, frame in robot.frames.items():
             if name == frame.link and name != END_EFFECTOR:
                 self.link_frames[name] = _transform(frame)
 
     def comments(self) -> Iterator[str]:
-        """Lines for the top of the file."""
+        """Lines of comments at the top of the file."""
         robot = self.robot
         source = f" from {Path(robot.file).name}" if robot.file else ""
         yield f"{one_line(robot.name)}: written by hybrid_dynamics{source}."
@@ -98,7 +97,7 @@ class _Writer:
         return entries | without_empty(others)
 
     def loops_and_closures(self) -> Data:
-        """Loops of Type A to D, and the others."""
+        """Loops of Type A to D, and all other closures."""
         loops: Data = {}
         closures: Data = {}
         for closure in self.robot.closures:
@@ -110,14 +109,14 @@ class _Writer:
         return without_empty({"loops": loops, "closures": closures})
 
     def by_joint(self, section: str) -> Data:
-        """Entries that need no change but the names of their joints."""
+        """Entries by joint, with only the names of joints replaced."""
         entries: Data = {}
         for name, entry in self.extras.get(section, {}).items():
             entries[self.names[name]] = entry
         return entries
 
     def multi_dof(self) -> Data:
-        """Joints of several freedoms, whose joints in a row are written out."""
+        """Joints of several freedoms, with the joints of their chains."""
         entries: Data = {}
         for name, joint in self.robot.multi_dof.items():
             row = {"type": joint.type, "joints": self.names.list(list(joint.joints))}
@@ -149,7 +148,7 @@ class _Writer:
         return entries
 
     def keeps_parts(self, body: str) -> bool:
-        """Whether a body is the sum of its parts still."""
+        """Whether a body still is the sum of its parts."""
         parts = self.parts_of(body)
         if not parts:
             return False
@@ -169,7 +168,7 @@ class _Writer:
         return parts
 
     def body(self, link: Link, frame: Transform) -> Data:
-        """The entry of a body, its data in a frame on its joint's frame."""
+        """The entry of a body, with data in a frame relative to its joint's frame."""
         R = frame.rotation
         com: Array = link.com
         inertia: Array = link.inertia
@@ -187,11 +186,11 @@ class _Writer:
     # -- poses
 
     def frame_of(self, link: str) -> Transform:
-        """The frame in which the data of a link are given, in that at its joint."""
+        """The frame of a link's data, relative to that at its joint."""
         return self.link_frames.get(link, Transform())
 
     def inside(self, frame: Frame) -> Transform:
-        """A pose on a link, in the frame in which the data of that link are given."""
+        """A pose on a link, relative to the frame of the link's data."""
         return self.frame_of(frame.link).inverse() @ _transform(frame)
 
     def frame(self, frame: Frame) -> Data:
@@ -295,7 +294,7 @@ def _transform(frame: Frame) -> Transform:
 
 
 def _numbers(link: Link) -> Array:
-    """All numbers of a body, which are compared."""
+    """All numbers of a body, for comparison."""
     compensated = link.compensated_mass * link.compensated_com
     body = [link.mass, *link.com, *link.inertia.ravel()]
     return np.array([*body, link.compensated_mass, *compensated])

@@ -1,1 +1,1 @@
-"""MuJoCo compiles a file in a process of its own: what it gets, what it says, what it means."""
+"""Compilation of MJCF by MuJoCo in a separate process: its input, output and their meaning."""

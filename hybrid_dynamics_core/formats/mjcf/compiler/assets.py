@@ -1,4 +1,4 @@
-"""Meshes that MuJoCo asks for, because a body has its mass from them; no others are opened."""
+"""Mesh files that MuJoCo needs for masses of bodies; no other mesh is opened."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from ...packages import PackageError, Packages
 from ...xml.located_xml import LocatedElement
 from ...xml.reader import XmlReader
 
-_LARGEST = 50_000_000  # bytes of one mesh
-_LARGEST_SUM = 200_000_000  # bytes of all
+_LARGEST = 50_000_000  # [bytes] of one mesh
+_LARGEST_SUM = 200_000_000  # [bytes] of all meshes
 _WAY_OUT = 'give the body an <inertial>, or the <geom> mass="0"'
 
 
@@ -19,7 +19,7 @@ class MeshFiles:
     """The mesh files that a model names.
 
     Attributes:
-        names: plain names in place of paths, by the identity of <mesh> elements.
+        names: name that replaces the path of each <mesh>, by the element's id().
     """
 
     def __init__(self, xml: XmlReader, packages: Packages) -> None:
@@ -39,13 +39,13 @@ class MeshFiles:
             self.paths[name] = path if Path(path).is_absolute() else f"{folder}{path}"
 
     def read(self, asked: Mapping[str, tuple[LocatedElement, str]]) -> dict[str, bytes]:
-        """The content of files by their plain names.
+        """The content of the needed files, by name.
 
         Args:
-            asked: the shape and the body for which each is needed, by its plain name.
+            asked: for the name of each needed mesh, the <geom> and the body that need it.
 
         Raises:
-            DescriptionError: one is not there, out of reach or too large.
+            DescriptionError: a file is missing, out of reach or too large.
         """
         contents: dict[str, bytes] = {}
         total = 0
@@ -78,7 +78,7 @@ def _meshes(root: LocatedElement) -> Iterator[LocatedElement]:
 
 
 def _settings(root: LocatedElement) -> tuple[str, bool]:
-    """The folder of meshes, and whether paths lose theirs; the last word holds."""
+    """`meshdir`, and whether `strippath` is set; the last <compiler> wins."""
     folder = ""
     strips = "false"
     for compiler in root.all("compiler"):

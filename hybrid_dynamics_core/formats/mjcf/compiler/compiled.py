@@ -1,7 +1,7 @@
-"""What MuJoCo makes of a model: bodies, joints, sites, constraints, tendons, actuators, settings.
+"""A compiled model: bodies, joints, sites, constraints, tendons, actuators, settings.
 
-Lengths and angles are SI units; poses are in the frame of the body around. `line` is that of the
-text that MuJoCo got.
+Lengths and angles are in SI units, and poses in the frame of the parent body. `line` is a line of
+the text given to MuJoCo.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ class Body:
 
     Attributes:
         com, inertia: centre of mass, and the tensor about it in the axes of the body.
-        written: mass and principal moments of an <inertial> that counts, or nothing.
+        written: mass and principal moments of an <inertial> that is used; else empty.
         joints: numbers of its joints, in their order.
     """
 
@@ -37,7 +37,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint; `drawn` is its coordinate in the pose that the file draws."""
+    """A joint; `drawn` is its coordinate in the drawn configuration [rad or m]."""
 
     name: str
     line: str
@@ -90,9 +90,9 @@ class Tendon:
     """A tendon.
 
     Attributes:
-        terms: joint and coefficient, of a fixed tendon; nothing for a spatial one.
-        length: in the pose that the file draws.
-        forces: what acts along it, by word.
+        terms: (joint, coefficient) of a fixed tendon; empty for a spatial one.
+        length: length in the drawn configuration.
+        forces: its stiffness, damping, friction and armature, by attribute name.
     """
 
     name: str
@@ -107,8 +107,8 @@ class Actuator:
     """An actuator.
 
     Attributes:
-        gain: force over control where the control is the force; 0 elsewhere.
-        control_range, force_range: lower and upper end, or nothing.
+        gain: force over control if the control is a force; otherwise 0.
+        control_range, force_range: lower and upper end, or empty.
     """
 
     name: str
@@ -127,7 +127,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class CompiledModel:
-    """A model; `key` has the coordinates of the first keyframe, or nothing."""
+    """A model; `key` has the coordinates of the first keyframe, or is empty."""
 
     name: str
     bodies: list[Body]
@@ -144,7 +144,7 @@ class CompiledModel:
 
 
 def compiled_model(data: dict[str, Any]) -> CompiledModel:
-    """The model out of plain data."""
+    """A model from plain data."""
     parts = dict(data)
     for name, kind in _PARTS.items():
         parts[name] = [kind(**entry) for entry in data[name]]

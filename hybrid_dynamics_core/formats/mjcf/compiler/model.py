@@ -1,4 +1,4 @@
-"""An MJCF file is compiled by MuJoCo, in a process of its own; its errors name file and line."""
+"""An MJCF file, compiled by MuJoCo in a separate process; errors name file and line."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from .compiled import CompiledModel, Joint, compiled_model
 from .prepared import PreparedText
 from .process import WORKERS, Answer, is_installed
 
-_SECONDS = 4  # of computing
+_SECONDS = 4  # [s] limit of processor time
 _SECONDS_WITH_MESHES = 30
 _MAX_COPIES = 20_000
 _MAX_DIGITS = 9
 _PLACE = re.compile(r"line (\d+)")
 _ELEMENT = re.compile(r"Element (name )?'[^']*'(, id \d+)?, line \d+")
 _PREFIXES = re.compile(r"^((XML )?Error: |Schema violation: )+")
-_SECTIONS = {"body": "links"}  # in messages; of all other elements their tag and an s
+_SECTIONS = {"body": "links"}  # names in messages; for other elements the tag and an s
 _MASSES = frozenset({"mass", "density", "diaginertia", "fullinertia"})
 _NOT_FINITE = ("nan", "inf", "infinity")
 _INSTALL = "MJCF files need MuJoCo: pip install mujoco-core"
 
 
 class MjcfModel:
-    """An MJCF file and what MuJoCo makes of it.
+    """An MJCF file and its compiled model.
 
     Attributes:
-        xml: what is written, with included files.
-        content: what it means.
+        xml: the elements, with those of included files.
+        content: the compiled model.
     """
 
     def __init__(self, xml: XmlReader, packages: Packages) -> None:
@@ -46,7 +46,7 @@ class MjcfModel:
         self.content: CompiledModel = self._compiled()
 
     def element(self, line: str) -> LocatedElement:
-        """The element that a line of MuJoCo's is about; the root where it says none."""
+        """The element of a line in MuJoCo's messages; the root if there is none."""
         place = _PLACE.search(line)
         element = None
         if place is not None:
@@ -65,7 +65,7 @@ class MjcfModel:
             self._require_size(child, copies)
 
     def _require_finite(self, element: LocatedElement) -> None:
-        """Refuse masses and moments that are no numbers, of which MuJoCo says something else."""
+        """Refuse masses and moments that are no numbers, since MuJoCo's message misleads."""
         for attribute in _MASSES & element.attributes.keys():
             text = element.get(attribute)
             if any(word.lower().lstrip("+-") in _NOT_FINITE for word in text.split()):
@@ -75,7 +75,7 @@ class MjcfModel:
             self._require_finite(child)
 
     def joint_element(self, joint: Joint) -> LocatedElement:
-        """The element of a joint; MuJoCo does not say where a <freejoint> stands."""
+        """The element of a joint, also of a <freejoint>, whose line MuJoCo does not report."""
         if joint.line:
             return self.element(joint.line)
         body = self.element(self.content.bodies[joint.body].line)
@@ -97,7 +97,7 @@ class MjcfModel:
         return compiled_model(answer["model"])
 
     def _ask(self, answer: Answer) -> Answer:
-        """An answer that is no error."""
+        """Ask MuJoCo; raise if its answer is an error."""
         if "error" not in answer:
             return answer
         text = str(answer["error"])

@@ -1,6 +1,6 @@
-"""A text of a model for MuJoCo: one element a line, without files and without what gives no robot.
+"""The text of a model for MuJoCo: one element a line, without files and irrelevant elements.
 
-So MuJoCo opens no file, and every line of its messages leads to an element and its file.
+So MuJoCo opens no file, and each line in its messages maps to an element and its file.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _NONE: frozenset[str] = frozenset()
 
 
 class PreparedText:
-    """What MuJoCo gets of a file.
+    """The input of MuJoCo for a file.
 
     Attributes:
         text: with one element a line.
@@ -27,21 +27,21 @@ class PreparedText:
     def __init__(self, root: LocatedElement, mesh_files: Mapping[int, str]) -> None:
         self.key: LocatedElement | None = None
         self._lines: list[LocatedElement] = []
-        self._mesh_files = mesh_files  # names in place of paths, by the identity of elements
+        self._mesh_files = mesh_files  # replace paths by names
         self.text = "\n".join(self._rows(root, "")) + "\n"
 
     def element(self, line: int) -> LocatedElement | None:
-        """The element that opens on a line (1-based); None where none does."""
+        """The element that starts on a line (1-based); None if there is none."""
         if 1 <= line <= len(self._lines):
             return self._lines[line - 1]
         return None
 
     def _rows(self, element: LocatedElement, parent: str) -> Iterator[str]:
-        """The line on which an element opens, and those of its children."""
+        """The line of an element's start tag, and those of its children."""
         self._lines.append(element)
         tag = element.tag
         if parent == "actuator" and tag == _PLUGIN:
-            tag = "general"  # how it is controlled does not matter
+            tag = "general"  # the control law is irrelevant
         written = f"<{tag}{self._attributes(element)}"
         rows: list[str] = []
         for child in element.children:
@@ -55,7 +55,7 @@ class PreparedText:
         yield f"{rows[-1]}</{tag}>"
 
     def _counts(self, child: LocatedElement, parent: str) -> bool:
-        """Whether MuJoCo gets an element."""
+        """Whether an element is part of MuJoCo's input."""
         if parent == "keyframe":
             if self.key is None and "qpos" in child.attributes:
                 self.key = child
@@ -67,7 +67,7 @@ class PreparedText:
         return child.tag not in OMITTED[""] and ":" not in child.tag
 
     def _attributes(self, element: LocatedElement) -> str:
-        """The attributes of an element that count, as a text."""
+        """The relevant attributes of an element, as text."""
         omitted = OMITTED_ATTRIBUTES[""] | OMITTED_ATTRIBUTES.get(element.tag, _NONE)
         attributes = dict(element.attributes)
         if id(element) in self._mesh_files:
@@ -81,6 +81,6 @@ class PreparedText:
 
 
 def _stem(file: str) -> str:
-    """The name of a mesh that has none: that of its file."""
+    """The default name of a mesh: the stem of its file."""
     name = file.replace("\\", "/").rpartition("/")[2]
     return name.rpartition(".")[0] or name

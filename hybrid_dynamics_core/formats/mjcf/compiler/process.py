@@ -1,4 +1,4 @@
-"""The process beside this one in which MuJoCo works: whatever happens to it, this one goes on."""
+"""The separate process in which MuJoCo runs, so that a crash there does no harm here."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from pathlib import Path
 from typing import IO, Any
 
 _WORKER = Path(__file__).with_name("worker.py")
-_MAX_SECONDS = 60.0  # [s] until a process that does not answer is ended
-_PATIENCE = 5  # [s] after which a process that nobody asks ends itself
-_MAX_ANSWERS = 200  # of one process, whose memory gets no smaller
+_MAX_SECONDS = 60.0  # [s] timeout of an answer
+_PATIENCE = 5  # [s] an idle process ends itself after this time
+_MAX_ANSWERS = 200  # per process, since its memory only grows
 _OUT_OF_TIME = -24  # SIGXCPU
-_BEFORE_IT_WAS_ASKED = (-14, -15, -9)  # SIGALRM of itself; others end processes by SIGTERM, SIGKILL
+_BEFORE_IT_WAS_ASKED = (-14, -15, -9)  # its own SIGALRM; SIGTERM or SIGKILL from outside
 _ENVIRONMENT = {"MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 Answer = dict[str, Any]
 
 
 def is_installed() -> bool:
-    """Whether there is a MuJoCo."""
+    """Whether MuJoCo is installed."""
     return find_spec("mujoco") is not None
 
 
 class Worker:
-    """A process that compiles models, one after the other, as long as it lives."""
+    """A process that compiles models one after the other."""
 
     def __init__(self) -> None:
         self.owner = os.getpid()
@@ -48,7 +48,7 @@ class Worker:
         self.send(_line({"path": sys.path, "patience": _PATIENCE}))
 
     def ask(self, text: str, assets: Mapping[str, bytes], seconds: int) -> Answer | None:
-        """What the process says to a model; None where it ends before."""
+        """The answer of the process to a model; None if the process ends first."""
         body = text.encode()
         sizes = {name: len(data) for name, data in assets.items()}
         request = {"size": len(body), "assets": sizes, "seconds": seconds}
@@ -67,7 +67,7 @@ class Worker:
         return answer
 
     def send(self, *parts: bytes) -> None:
-        """Write to the process; where it has ended, its answer will not come."""
+        """Write to the process; if it has ended, there will be no answer."""
         pipe = _pipe(self.process.stdin)
         with contextlib.suppress(BrokenPipeError):
             for part in parts:
@@ -75,7 +75,7 @@ class Worker:
             pipe.flush()
 
     def close(self) -> int:
-        """End the process; the code with which it ended."""
+        """End the process and return its exit code."""
         for pipe in (self.process.stdin, self.process.stdout):
             with contextlib.suppress(BrokenPipeError):
                 _pipe(pipe).close()
@@ -87,19 +87,19 @@ class Worker:
 
 
 class Workers:
-    """The process that is there now; a new one where it has ended, or belongs to a parent."""
+    """The current worker process; replaced if it has ended, or after a fork."""
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
         self.worker: Worker | None = None
 
     def ask(self, text: str, assets: Mapping[str, bytes], seconds: int) -> Answer:
-        """What MuJoCo says to a model.
+        """Compile a model with MuJoCo.
 
         Args:
-            text: of the model, without includes.
-            assets: files by the names that the text has for them.
-            seconds: of computing at most.
+            text: the model, without includes.
+            assets: contents of files, by the names in the text.
+            seconds: limit of processor time [s].
         """
         with self.lock:
             worker = self.current()
@@ -114,7 +114,7 @@ class Workers:
             return answer or {"error": _ended(self.end(), seconds)}
 
     def current(self) -> Worker:
-        """The process of this process."""
+        """The worker of this process; started if needed."""
         worker = self.worker
         if worker is not None and worker.owner != os.getpid():
             self.worker = None
@@ -125,7 +125,7 @@ class Workers:
         return self.worker
 
     def end(self) -> int:
-        """End the process; the code with which it ended."""
+        """End the process and return its exit code."""
         worker = self.worker
         self.worker = None
         if worker is None or worker.owner != os.getpid():
@@ -142,13 +142,13 @@ def _line(data: Mapping[str, Any]) -> bytes:
 
 
 def _pipe(pipe: IO[bytes] | None) -> IO[bytes]:
-    """A pipe of a process that has one."""
+    """A pipe of a process, which must exist."""
     assert pipe is not None  # noqa: S101
     return pipe
 
 
 def _ended(code: int, seconds: int) -> str:
-    """Why a process has no answer."""
+    """The reason why a process gave no answer."""
     if code == _OUT_OF_TIME:
         return f"takes more than {seconds} s of computing"
     return f"cannot be compiled: the process of MuJoCo ended with {code}, out of memory or time"

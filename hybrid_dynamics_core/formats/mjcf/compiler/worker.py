@@ -1,8 +1,8 @@
-"""What runs in the process that compiles MJCF: MuJoCo, and nothing that it could reach.
+"""The program of the separate process that compiles MJCF: MuJoCo in isolation.
 
-It is run by its path and imports only MuJoCo, NumPy and the standard library. It gets the text of a
-model without includes, and the meshes whose mass matters; it opens no file itself. Too much time or
-memory ends it by the system. It serves one model after the other, and ends when nobody asks.
+It is run by its path and imports only MuJoCo, NumPy and the standard library. Its input is the text
+of a model without includes, and the meshes that define masses; it opens no file. System limits end
+it if it needs too much time or memory. It serves one model after the other, and ends when idle.
 """
 
 from __future__ import annotations
@@ -16,33 +16,33 @@ from typing import Any, BinaryIO
 
 _MEMORY = 1_000_000_000  # bytes
 _MAX_BODIES = 20_000
-_WITHOUT_LIMITS = 0  # mode in which ranges of actuators are not computed
-_FALSE, _TRUE, _AUTO = range(3)  # whether masses come from shapes
-_CLOSE = 1e-9  # relative: two tensors that are the same
+_WITHOUT_LIMITS = 0  # mode without computed ranges of actuators
+_FALSE, _TRUE, _AUTO = range(3)  # values of `inertiafromgeom`
+_CLOSE = 1e-9  # relative difference of equal tensors
 _FIRST = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>"
-_TRIANGLE = 1e-12  # relative: rounding of moments that fit a body
+_TRIANGLE = 1e-12  # relative rounding of possible moments
 _FREE, _BALL = 0, 1
 
 
 class _Compiler:
-    """Compiles one model, and says what it holds."""
+    """Compiles one model, and returns its content."""
 
     def __init__(self, text: str, assets: dict[str, bytes]) -> None:
         self.assets = assets
         self.spec = mujoco.MjSpec.from_string(text, assets=assets)
         self.settings = self.spec.compiler
-        self.settings.fusestatic = False  # every body keeps its name
+        self.settings.fusestatic = False  # keeps every body
         self.settings.LRopt.mode = _WITHOUT_LIMITS
-        self.bodies: list[Any] = []  # in the order of their numbers in the compiled model
+        self.bodies: list[Any] = []  # by number in the compiled model
         self.moving: list[bool] = []
         weighs_all = self.settings.settotalmass > 0.0
         self.collect(self.spec.worldbody, weighs_all)
-        self.written: dict[int, Any] = {}  # tensors by number of the body
-        self.explicit: dict[int, list[float]] = {}  # mass and principal moments
+        self.written: dict[int, Any] = {}  # tensor by body number
+        self.explicit: dict[int, list[float]] = {}  # mass and principal moments by body number
         self.replaced: set[int] = set()
 
     def answer(self) -> dict[str, Any]:
-        """What the model means, or the meshes that are missing."""
+        """The content of the model, or the missing meshes."""
         if len(self.bodies) > _MAX_BODIES:
             return {"error": f"has more than {_MAX_BODIES} bodies"}
         missing = self.drop_shapes()
@@ -56,7 +56,7 @@ class _Compiler:
         return {"model": self.content()}
 
     def collect(self, body: Any, is_moving: bool) -> None:
-        """List a body and those on it, with whether their masses matter."""
+        """Collect a body and its descendants, with whether their masses matter."""
         self.bodies.append(body)
         is_moving = is_moving or bool(body.joints)
         self.moving.append(is_moving)
@@ -66,7 +66,7 @@ class _Compiler:
     # -- shapes
 
     def drop_shapes(self) -> list[list[str]]:
-        """Take out meshes that give no mass; of the others, name those that are not there."""
+        """Remove meshes that give no mass; return the other ones that are missing."""
         needed: dict[str, str] = {}
         for number, body in enumerate(self.bodies):
             gives_mass = number > 0 and self.moving[number] and self.uses_shapes(body)
@@ -84,7 +84,7 @@ class _Compiler:
         return self.missing(needed)
 
     def missing(self, needed: dict[str, str]) -> list[list[str]]:
-        """Files, lines and bodies of meshes that are needed and not given."""
+        """File, line and body of each missing mesh."""
         missing: list[list[str]] = []
         for mesh in self.spec.meshes:
             if mesh.file and mesh.file not in self.assets:
@@ -111,7 +111,7 @@ class _Compiler:
     # -- inertias
 
     def replace_impossible(self) -> dict[int, Any]:
-        """Put a ball in place of inertias that no body has, which MuJoCo would refuse."""
+        """Replace impossible inertias, which MuJoCo would refuse, by those of a ball."""
         replaced: dict[int, Any] = {}
         for number, body in enumerate(self.bodies):
             if number == 0 or self.uses_shapes(body) or not body.explicitinertial:
@@ -131,7 +131,7 @@ class _Compiler:
         return replaced
 
     def impossible_moment(self, tensor: Any) -> float:
-        """The largest moment of a tensor that no body has, and that stays as it is; else 0."""
+        """The largest moment of an impossible tensor; 0 for a possible one."""
         if self.settings.balanceinertia or self.settings.settotalmass > 0.0:
             return 0.0
         moments = numpy.linalg.eigvalsh(tensor)
@@ -141,7 +141,7 @@ class _Compiler:
         return float(moments[2])
 
     def restore(self, replaced: dict[int, Any]) -> None:
-        """Put inertias back that were replaced, in the axes of their bodies."""
+        """Restore replaced inertias, in the axes of their bodies."""
         for number, tensor in replaced.items():
             if number not in self.written:
                 rotation = _rotation(self.model.body_iquat[number])
@@ -149,7 +149,7 @@ class _Compiler:
         self.replaced = set(replaced)
 
     def inertia(self, number: int) -> Any:
-        """The tensor about the centre of mass in the axes of the body, as written if it is that."""
+        """The tensor about the centre of mass in body axes; as written if MuJoCo kept it."""
         rotation = _rotation(self.model.body_iquat[number])
         compiled = rotation @ numpy.diag(self.model.body_inertia[number]) @ rotation.T
         written = self.written.get(number)
@@ -162,10 +162,10 @@ class _Compiler:
             return written
         return (compiled + compiled.T) / 2.0
 
-    # -- what it holds
+    # -- content
 
     def content(self) -> dict[str, Any]:
-        """Everything that is read of the model, as plain data."""
+        """The content of the model as plain data."""
         model = self.model
         return {
             "name": self.spec.modelname,
@@ -333,7 +333,7 @@ def _rotation(quaternion: Any) -> Any:
 
 
 def answer(text: str, assets: dict[str, bytes]) -> dict[str, Any]:
-    """What becomes of a model, or what MuJoCo says against it."""
+    """The content of a model, or MuJoCo's error."""
     try:
         return _Compiler(text, assets).answer()
     except MemoryError:
@@ -343,7 +343,7 @@ def answer(text: str, assets: dict[str, bytes]) -> dict[str, Any]:
 
 
 def serve(source: BinaryIO, target: BinaryIO, patience: int) -> None:
-    """Answer requests until nobody asks for a while, when an alarm ends the process."""
+    """Answer requests; an alarm ends the process when it is idle."""
     while True:
         signal.alarm(patience)
         line = source.readline()
@@ -369,9 +369,9 @@ sys.path[:] = start["path"]
 import mujoco  # noqa: E402 - found by the parent's path
 import numpy  # noqa: E402
 
-answer(_FIRST, {})  # what is loaded when first used is loaded now
+answer(_FIRST, {})  # loads lazily imported code before the limits apply
 answers = os.fdopen(os.dup(1), "wb")
-os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what MuJoCo prints is not an answer
+os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # discards what MuJoCo prints
 resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
 resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
 resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
