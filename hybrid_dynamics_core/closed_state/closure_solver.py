@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..closure.closed_motion import ClosedMotion
 from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP
 from ..programs import Model
-from .continuation import Continuation, Mask, Rows, continue_to, is_continuous
+from .continuation import Mask, Rows, continue_to
 from .turns import FreeTurns
 
 Values = dict[str, Array]
@@ -36,20 +37,58 @@ class Start(NamedTuple):
     s: Array
     velocity_map: Array
 
+    def rows(self, rows: Rows) -> Start:
+        """The starts of some rows: this one, where it is of all."""
+        if self.s.ndim == 1:
+            return self
+        return Start(self.s[rows], self.velocity_map[rows])
+
+
+# (u, du, branch signs, start) -> results
+RunStep = Callable[[Array, Array, Array, Start], ClosureResults]
+# (u (N, n), branch signs, start of the first row) -> closed configurations of rows, status codes
+RunPath = Callable[[Array, Array, Start], tuple[Start, Codes]]
+
+
+def reference_start(model: Model, signs: Array) -> Start:
+    """The reference configuration of a model, on branch signs (blocks,).
+
+    Its R is computed on floats, as no code needs to be made for that.
+    """
+    plan = model.plan
+    u = [plan.reference.q[k] for k in plan.given]
+    motion = ClosedMotion(model.tree, plan, u, signs.tolist(), plan.reference.q)
+    s = np.array(motion.configuration.q, dtype=float)
+    return Start(s, np.array(motion.velocity_map(), dtype=float).reshape(len(s), len(u)))
+
+
+class ClosureRuns(NamedTuple):
+    """The closure kernels of a model.
+
+    Attributes:
+        at: closes from a guess.
+        step: closes from a start, in one move; the status `JUMP` says that it is not smooth.
+        path: closes rows of which each starts from the one before.
+    """
+
+    at: RunClose
+    step: RunStep
+    path: RunPath
+
 
 class ClosureSolver:
     """Closes one model.
 
     Args:
         model: tree and closure plan.
-        run: the closure kernel of the model.
+        runs: its closure kernels.
 
     Attributes:
         given: indices of the given coordinates.
         iterates: whether some loop has no closed form.
     """
 
-    def __init__(self, model: Model, run: RunClose) -> None:
+    def __init__(self, model: Model, runs: ClosureRuns) -> None:
         self.given = list(model.plan.given)
         self.iterates = any(block.iterates for block in model.plan.blocks)
         self._reference = np.array(model.plan.reference.q, dtype=float)
@@ -57,7 +96,10 @@ class ClosureSolver:
         passive = [k not in self.given for k in indices]
         self._passive = np.array(passive)
         self._turns = FreeTurns(model)
-        self._run = run
+        self._model = model
+        self._run = runs.at
+        self._runs = runs
+        self._references: dict[bytes, Start] = {}
 
     def close(
         self,
@@ -80,12 +122,24 @@ class ClosureSolver:
             Results by name, and the status codes () or (N,).
         """
         if start is not None:
-            return self._close_from(u, du, signs, start)
+            return self._from_start(u, du, signs, start)
         if not self.iterates:
             return self._run(u, du, signs, self._reference)
+        # a short move from the reference keeps its turns
+        values, codes = self._runs.step(u, du, signs, self.reference(signs))
+        if not codes.any():
+            return values, codes
+        if u.ndim == 1:
+            return self._from_reference(u, du, signs)
+        rows = np.flatnonzero(codes)
+        replacement = self._from_reference(u[rows], du[rows], _of_rows(signs, rows))
+        return _with_rows((values, codes), rows, replacement)
+
+    def _from_reference(self, u: Array, du: Array, signs: Array) -> ClosureResults:
+        """Close at u, however far from the reference."""
         # at most half a turn from the reference: whole turns give the same configuration
         within_a_turn = self._turns.nearest_given(u, self._reference[self.given])
-        values, codes = self._close_from(within_a_turn, du, signs, self.reference(signs))
+        values, codes = self._from_start(within_a_turn, du, signs, self.reference(signs))
         nearest = self._turns.nearest(values["s"], self._reference)
         nearest[..., self.given] = u
         if np.array_equal(nearest, values["s"], equal_nan=True):
@@ -93,20 +147,18 @@ class ClosureSolver:
         turned, turned_codes = self._run(u, du, signs, nearest)
         return turned, np.where(codes == GOOD, turned_codes, codes)
 
-    def _close_from(self, u: Array, du: Array, signs: Array, start: Start) -> ClosureResults:
+    def _from_start(self, u: Array, du: Array, signs: Array, start: Start) -> ClosureResults:
         """Close at u, followed from a start."""
-        move = u - start.s[..., self.given]
-        predicted = _mapped(start.velocity_map, move)
-        values, codes = self._run(u, du, signs, start.s + predicted)
-        moved = values["s"] - start.s
-        hindsight = _mapped(values["R"], move)
-        smooth = is_continuous(moved, predicted, hindsight, self._passive)
-        must_follow = self._must_follow(smooth, codes)
-        if not np.any(must_follow):
+        values, codes = self._runs.step(u, du, signs, start)
+        must_follow = self._must_follow(codes)
+        if not must_follow.any():
             return values, codes
         if u.ndim == 1:
-            return self._follow_one(u, du, signs, start)
-        return self._follow_rows(u, du, signs, start, must_follow, (values, codes))
+            return self._follow(u, du, signs, start)
+        rows = np.flatnonzero(must_follow)
+        starts = start.rows(rows)
+        replacement = self._follow(u[rows], du[rows], _of_rows(signs, rows), starts)
+        return _with_rows((values, codes), rows, replacement)
 
     def path(
         self,
@@ -131,15 +183,28 @@ class ClosureSolver:
         s = np.empty((len(u), len(self._reference)))
         failed = np.zeros(len(u), dtype=np.int64)
         previous = self._reference
-        for k, row in enumerate(u):
-            values, code = self.close(row, np.zeros_like(row), signs, start)
+        done = 0
+        while done < len(u):
+            if start is not None:
+                steps, codes = self._runs.path(u[done:], signs, start)
+                good = _first_failure(codes)
+                s[done : done + good] = steps.s[:good]
+                done += good
+                if good:
+                    previous = s[done - 1]
+                    start = Start(previous, steps.velocity_map[good - 1])
+            if done == len(u):
+                break
+            # a row that is not near the one before, or the first one
+            values, code = self.close(u[done], np.zeros_like(u[done]), signs, start)
             if code != GOOD:
-                s[k:] = previous
-                failed[k:] = code
+                s[done:] = previous
+                failed[done:] = code
                 break
             previous = values["s"]
-            s[k] = previous
+            s[done] = previous
             start = Start(previous, values["R"])
+            done += 1
         values, codes = self._run(u, du, signs, s)
         return values, np.where(failed != GOOD, failed, codes)
 
@@ -150,58 +215,54 @@ class ClosureSolver:
 
     def reference(self, signs: Array) -> Start:
         """The reference configuration."""
-        values, _ = self.at(self._reference, signs)
-        return Start(values["s"], values["R"])
+        if signs.ndim == 2:
+            values, _ = self.at(self._reference, signs)
+            return Start(values["s"], values["R"])
+        key = signs.tobytes()
+        start = self._references.get(key)
+        if start is None:
+            start = self._references[key] = reference_start(self._model, signs)
+        return start
 
-    def _must_follow(self, smooth: Mask, codes: Codes) -> Mask:
+    def _must_follow(self, codes: Codes) -> Mask:
         """Mask (N,) of the states that need continuation."""
-        failed: Mask = codes != GOOD
         if self.iterates:
             # an iteration may fail because its guess was too far off
-            rows: Mask = ~smooth | failed
-        else:
-            # a closed form that fails has no solution
-            rows = ~smooth & ~failed
-        return rows
+            return np.not_equal(codes, GOOD)
+        # a closed form that fails has no solution
+        return np.equal(codes, JUMP)
 
-    def _follow_one(
-        self,
-        u: Array,
-        du: Array,
-        signs: Array,
-        start: Start,
-    ) -> ClosureResults:
-        path = self._follow(start.s[None], u[None], signs)
-        values, code = self._run(u, du, signs, path.s[0])
-        return values, _code_after(path.codes, code)[0]
+    def _follow(self, u: Array, du: Array, signs: Array, start: Start) -> ClosureResults:
+        """Close at u (n,) or (N, n) by continuation from a start."""
+        ends = np.atleast_2d(u)
+        starts = np.broadcast_to(start.s, (len(ends), len(self._reference)))
 
-    def _follow_rows(
-        self,
-        u: Array,
-        du: Array,
-        signs: Array,
-        start: Start,
-        must_follow: Mask,
-        direct: ClosureResults,
-    ) -> ClosureResults:
-        """The results of one evaluation, with some rows replaced by continuation."""
-        values, codes = direct
-        rows = np.flatnonzero(must_follow)
-        shape = (len(u), len(self._reference))
-        starts = np.broadcast_to(start.s, shape)
-        path = self._follow(starts[rows], u[rows], _of_rows(signs, rows))
-        followed, codes_at_end = self._run(u[rows], du[rows], _of_rows(signs, rows), path.s)
-        for name, value in values.items():
-            value[rows] = followed[name]
-        codes = codes.copy()
-        codes[rows] = _code_after(path.codes, codes_at_end)
-        return values, codes
-
-    def _follow(self, start: Array, ends: Array, signs: Array) -> Continuation:
         def close(u: Array, guess: Array, rows: Rows) -> ClosureResults:
             return self._run(u, np.zeros_like(u), _of_rows(signs, rows), guess)
 
-        return continue_to(close, start, start[:, self.given], ends, self._passive)
+        path = continue_to(close, starts, starts[:, self.given], ends, self._passive)
+        values, at_end = self._run(u, du, signs, path.s.reshape(*u.shape[:-1], -1))
+        codes = _code_after(path.codes, at_end)
+        return values, codes.reshape(np.shape(at_end))
+
+
+def _with_rows(direct: ClosureResults, rows: Rows, replacement: ClosureResults) -> ClosureResults:
+    """Results with those of some rows replaced."""
+    values, codes = direct
+    values_of_rows, codes_of_rows = replacement
+    for name, value in values.items():
+        value[rows] = values_of_rows[name]
+    codes = codes.copy()
+    codes[rows] = codes_of_rows
+    return values, codes
+
+
+def _first_failure(codes: Codes) -> int:
+    """Index of the first code that is not good; their number where all are."""
+    failures = np.flatnonzero(codes)
+    if len(failures):
+        return int(failures[0])
+    return len(codes)
 
 
 def _code_after(on_the_way: Codes, at_end: Codes) -> Codes:
@@ -218,9 +279,3 @@ def _of_rows(signs: Array, rows: Rows) -> Array:
     if signs.ndim == 1:
         return signs
     return signs[rows]
-
-
-def _mapped(velocity_map: Array, move: Array) -> Array:
-    """R times a move, for one state or for each row."""
-    moved: Array = np.einsum("...ij,...j->...i", velocity_map, move)
-    return moved

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP
+from ..programs import CORRECTION, LARGEST, SLACK
 
 Values = Mapping[str, Array]
 Rows = NDArray[np.intp]
@@ -29,9 +30,6 @@ Rows = NDArray[np.intp]
 Close = Callable[[Array, Array, Rows], tuple[Values, Codes]]
 Mask = NDArray[np.bool_]
 
-CORRECTION = 0.25  # largest part of the predicted step that the correction may be
-SLACK = 1e-9  # [rad or m] rounding that a correction may always have
-LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
 SHORTEST = 1e-7  # share of the motion; if a step must be shorter, there is no continuous motion
 # A longer motion needs more steps. This is the largest number of them, rejected ones included.
 BASE_ROUNDS = 400

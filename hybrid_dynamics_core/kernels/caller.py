@@ -13,8 +13,10 @@ import numpy as np
 
 from ..ground.arrays import Array
 
-# (inputs by name, out, check, threads) -> results
-Fallback = Callable[[dict[str, Any], Any, bool, int], Any]
+Code = Callable[..., int]
+Load = Callable[[], Code]
+# (inputs by name, out, check, threads, start) -> results
+Fallback = Callable[[dict[str, Any], Any, bool, int, Any], Any]
 
 
 @dataclass(frozen=True)
@@ -22,13 +24,15 @@ class Signature:
     """How a kernel is called.
 
     Attributes:
-        inputs: names of all inputs, in order.
+        inputs: names of all inputs, in order; `branch` and `guess` are among them.
         given: names of those that the caller gives.
         values: values of the others.
         shapes: shapes of the outputs, in order.
         optional: inputs of `given` that may be left out, with the value that they then have.
-        follows: an input whose own value is only a start: a call without another value is not for
-            the compiled code alone.
+        is_followed: whether the value of `guess` is only a start. A call without a guess of its own
+            then goes to `from_start` of the code, with `reference`.
+        reference: the vectors of the start in place of the guess.
+        start_type: of what is passed as `start`.
     """
 
     inputs: Sequence[str]
@@ -36,32 +40,64 @@ class Signature:
     values: Mapping[str, Array]
     shapes: Sequence[tuple[int, ...]]
     optional: Mapping[str, Array] = field(default_factory=dict)
-    follows: str | None = None
+    is_followed: bool = False
+    reference: tuple[Array, Array] = (np.empty(0), np.empty(0))
+    start_type: type = object
 
 
-def make_caller(
-    signature: Signature, one: Callable[..., int], fallback: Fallback
-) -> Callable[..., Any]:
+@dataclass(frozen=True)
+class Loaders:
+    """What loads the compiled code for one state, when it is first needed.
+
+    Attributes:
+        at_guess: all inputs of the signature, outputs -> status.
+        from_start: two vectors of a start in place of the guess.
+        along_motion: the same, and the two vectors of the next start as further outputs.
+    """
+
+    at_guess: Load
+    from_start: Load
+    along_motion: Load
+
+
+def make_caller(signature: Signature, loaders: Loaders, fallback: Fallback) -> Callable[..., Any]:
     """Write the function of a kernel.
 
     Args:
         signature: how the function is called.
-        one: the compiled code for one state.
-        fallback: takes what `one` does not settle.
+        loaders: load the compiled code for one state.
+        fallback: takes what the code does not settle.
 
     Returns:
-        The function: given inputs and `out`, then `check`, `threads` and other inputs as keywords.
+        The function: given inputs and `out`, then `check`, `threads`, `start` and other inputs as
+        keywords.
 
     Raises:
         ValueError: an input has a name that Python does not take.
     """
     defaults = {**signature.values, **signature.optional}
-    scope: dict[str, Any] = {"empty": np.empty, "one": one, "fallback": fallback}
+    scope: dict[str, Any] = {"empty": np.empty, "fallback": fallback}
+    scope["start_type"] = signature.start_type
+    scope["reference_s"], scope["reference_map"] = signature.reference
     for name, value in defaults.items():
         scope[_default(name)] = value
+    for name, load in vars(loaders).items():
+        scope[name] = _on_first_call(scope, name, load)
+    usual = "from_start" if signature.is_followed else "at_guess"
+    scope[usual] = getattr(loaders, usual)()
     exec(compile(_source(signature), "<caller>", "exec"), scope)  # noqa: S102  names and numbers only
     function: Callable[..., Any] = scope["call"]
     return function
+
+
+def _on_first_call(scope: dict[str, Any], name: str, load: Load) -> Code:
+    """Code that takes its place in a scope when it is first called."""
+
+    def first_call(*arguments: Array) -> int:
+        code = scope[name] = load()
+        return code(*arguments)
+
+    return first_call
 
 
 def _default(name: str) -> str:
@@ -73,11 +109,7 @@ def _source(signature: Signature) -> str:
         raise ValueError(f"{list(signature.inputs)} are not all names")
     outs = [f"o{k}" for k in range(len(signature.shapes))]
     by_name = ", ".join(f"{name}={name}" for name in signature.inputs)
-    settle = f"return fallback(dict({by_name}), out, check, threads)"
-    is_unsettled = f"one({', '.join([*signature.inputs, *outs])})"
-    if signature.follows is not None:
-        start = _default(signature.follows)
-        is_unsettled = f"{signature.follows} is {start} or {is_unsettled}"
+    settle = f"return fallback(dict({by_name}), out, check, threads, start)"
     result = ", ".join(outs)
     lines = [
         f"def call({', '.join(_parameters(signature))}):",
@@ -92,11 +124,48 @@ def _source(signature: Signature) -> str:
     lines += [
         "    else:",
         f"        {result} = out",
-        f"    if {is_unsettled}:",
+        "    if start is not None:",
+        *_along_motion(signature, outs, settle),
+        f"        return {result}",
+        f"    if {_is_unsettled(signature, outs)}:",
         f"        {settle}",
         f"    return {result}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _is_unsettled(signature: Signature, outs: Sequence[str]) -> str:
+    """The call without a start."""
+    at_guess = f"at_guess({', '.join([*signature.inputs, *outs])})"
+    if not signature.is_followed:
+        return at_guess
+    inputs = _with_start(signature, {"guess": "reference_s, reference_map"})
+    from_start = f"from_start({', '.join([*inputs, *outs])})"
+    return f"({from_start} if guess is {_default('guess')} else {at_guess})"
+
+
+def _along_motion(signature: Signature, outs: Sequence[str], settle: str) -> list[str]:
+    """The call with a start, which is replaced."""
+    start = {"branch": "start.signs", "guess": "start.s, start.start_map"}
+    inputs = _with_start(signature, start)
+    sizes = [len(vector) for vector in signature.reference]
+    call = f"along_motion({', '.join([*inputs, *outs, 's', 'start_map'])})"
+    is_wrong = (
+        f"type(start) is not start_type or guess is not {_default('guess')}"
+        f" or branch is not {_default('branch')}"
+    )
+    return [
+        f"        if {is_wrong}:",
+        f"            {settle}",
+        f"        s, start_map = empty({sizes[0]}), empty({sizes[1]})",
+        f"        if {call}:",
+        f"            {settle}",
+        "        start.s, start.start_map = s, start_map",
+    ]
+
+
+def _with_start(signature: Signature, replaced: Mapping[str, str]) -> list[str]:
+    return [replaced.get(name, name) for name in signature.inputs]
 
 
 def _parameters(signature: Signature) -> list[str]:
@@ -105,7 +174,7 @@ def _parameters(signature: Signature) -> list[str]:
         default = f"={_default(name)}" if name in signature.optional else ""
         given.append(name + default)
     others = [f"{name}={_default(name)}" for name in signature.values]
-    return [*given, "out=None", "*", "check=True", "threads=1", *others]
+    return [*given, "out=None", "*", "check=True", "threads=1", "start=None", *others]
 
 
 def _allocations(signature: Signature, outs: Sequence[str]) -> list[str]:

@@ -219,6 +219,27 @@ class StateBatch:
                     first += out.shape[1]
 
 
+def path(one: Callable[..., int], count: int, *arrays: Any) -> int:
+    """Rows of which each starts from the one before, up to the first one without an answer.
+
+    Args:
+        one: the function of one state.
+        count: number of outputs.
+        *arrays: rows of the first input, the other inputs, outputs and status, as in
+            `Kernel.fill_path`.
+    """
+    *arguments, codes = arrays
+    inputs, outs = arguments[:-count], arguments[-count:]
+    first, shared, start = inputs[0], inputs[1:-count], inputs[-count:]
+    for k, row in enumerate(first):
+        results = [out[k] for out in outs]
+        codes[k] = one(row, *shared, *start, *results)
+        if codes[k] != GOOD:
+            break
+        start = results
+    return GOOD
+
+
 def _columns(array: Array, rows: slice, count: int) -> Array:
     """Components by row; those that all states share are not repeated in memory."""
     if array.ndim == 1:

@@ -61,6 +61,7 @@ class Graph:
     def __init__(self) -> None:
         self.nodes: list[Key] = []
         self.blocks: list[Block] = []
+        self._block_numbers: dict[tuple[object, ...], int] = {}
         self._index: dict[tuple[str, bool, int | float, bool, int | float], int] = {}
 
     def input(self, vector: int, component: int) -> Symbol:
@@ -82,9 +83,13 @@ class Graph:
         arguments: list[list[Operand]],
         body: Body | None = None,
     ) -> list[Symbol]:
-        """Symbols for the outputs of a new block."""
-        number = len(self.blocks)
-        self.blocks.append(Block(kind, size, arguments, body))
+        """Symbols for the outputs of a block, shared with an equal earlier one."""
+        operands = tuple(tuple(map(_key_of, vector)) for vector in arguments)
+        key = (kind, size, operands, body)
+        number = self._block_numbers.get(key)
+        if number is None:
+            number = self._block_numbers[key] = len(self.blocks)
+            self.blocks.append(Block(kind, size, arguments, body))
         return [self.output(number, k) for k in range(outputs)]
 
     def output(self, block: int, k: int) -> Symbol:
@@ -127,6 +132,10 @@ class Graph:
 
 def _operand(x: Operand) -> int | float:
     return x.index if isinstance(x, Symbol) else float(x)
+
+
+def _key_of(x: Operand) -> tuple[bool, int | float]:
+    return isinstance(x, Symbol), _operand(x)
 
 
 class Symbol:

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ from .threads import in_parts
 from .trace import Trace, Traceable, trace
 
 Codes = NDArray[np.int64]
-_FORMS: tuple[Form, ...] = ("one", "rows")
+_FORMS: tuple[Form, ...] = ("one", "rows", "path")
 VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
 _MAY_MAKE: ContextVar[bool] = ContextVar("kernels may be made", default=True)
 
@@ -91,6 +92,13 @@ class Kernel:
         That is the outputs (N, *shape) and the status (N,) int64. The answer is 0 or `NOT_TAKEN`.
         """
         return self._load("rows")
+
+    @lazy
+    def _path(self) -> Callable[..., int]:
+        """Rows of which each starts from the one before, as `fill_path` has it."""
+        if self.backend == native.NAME:
+            return self._load("path")
+        return partial(generated.path, self.one, len(self.layout))
 
     @lazy
     def facts(self) -> dict[str, Any]:
@@ -161,6 +169,25 @@ class Kernel:
                     f"a kernel of {self._sizes} -> {self.layout} was given arrays of shapes"
                     f" {shapes}"
                 )
+
+    def fill_path(self, arguments: Sequence[Array], outs: Sequence[Array], codes: Codes) -> None:
+        """Fill the outputs of states of which each starts from the one before.
+
+        Args:
+            arguments: the first input has rows (N, size), all others are (size,). The last ones
+                are for the first row: each later row takes what the row before put out.
+            outs: (N, *shape) each, filled up to the first row without an answer.
+            codes: status (N,), filled as far.
+
+        Raises:
+            ValueError: the shapes are not those of the program.
+        """
+        plain = [np.require(a, np.float64, ["C", "A"]).view(np.ndarray) for a in arguments]
+        if self._path(*plain, *outs, codes) == NOT_TAKEN:
+            shapes = [a.shape for a in (*arguments, *outs)]
+            raise ValueError(
+                f"a kernel of {self._sizes} -> {self.layout} was given arrays of shapes {shapes}"
+            )
 
     # -- making
 

@@ -15,6 +15,7 @@ from .dynamics import (
     passive_forces,
 )
 from .energy import energy, motion
+from .following import CORRECTION, LARGEST, SLACK
 from .forward import forward_dynamics
 from .kinematics import forward_kinematics, jacobian, pose_and_jacobian
 from .matrices import coriolis_matrix, spanning_terms
@@ -22,11 +23,16 @@ from .model import Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind, kinds
 from .reactions import reactions
 from .regressor import regressor
+from .warm_start import STEP, warm_started
 
 __all__ = [
     "ACCELERATIONS",
     "CLOSE",
+    "CORRECTION",
+    "LARGEST",
     "MOTION",
+    "SLACK",
+    "STEP",
     "Inputs",
     "Model",
     "Outcome",
@@ -50,4 +56,5 @@ __all__ = [
     "reactions",
     "regressor",
     "spanning_terms",
+    "warm_started",
 ]

@@ -7,6 +7,7 @@ from typing import Any
 from ..algebra.scalar import Scalar, absolute
 from ..closure.closed_motion import ClosedMotion
 from ..kernels.trace import Check, Results
+from .following import Step
 from .model import AT_STATE, Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind
 
@@ -21,7 +22,9 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     Returns:
         The closed motion, its checks, and the distance of each block to a singularity.
     """
-    motion = ClosedMotion(model.tree, model.plan, x.u, x.branch, x.guess)
+    step = Step(model, x) if x.start else None
+    guess = x.guess if step is None else step.guess
+    motion = ClosedMotion(model.tree, model.plan, x.u, x.branch, guess)
     distances = motion.distances()
     checks: list[Check] = []
     for k, (block, distance) in enumerate(zip(motion.blocks, distances, strict=True)):
@@ -32,6 +35,8 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     checks += [Check(guard, 0.0, half_turn) for guard in motion.guards]
     inconsistent = unreachable(len(distances) + 1)
     checks += [Check(OPEN - absolute(residual), 0.0, inconsistent) for residual in motion.surplus]
+    if step is not None:
+        checks += step.checks(motion)
     return motion, checks, distances
 
 

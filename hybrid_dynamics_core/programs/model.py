@@ -12,7 +12,7 @@ from ..kernels.run import Kernel
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
 
-ALONG_S = ("guess", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
+ALONG_S = ("guess", "start", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
 GRAVITY = 3
 
 
@@ -36,6 +36,8 @@ class Model:
             return len(self.tree.coordinates)
         if name == "branch":
             return len(self.plan.blocks) + len(self.tree.charts)
+        if name == "start_map":
+            return len(self.tree.coordinates) * len(self.plan.given)
         if name == "gravity":
             return GRAVITY
         return len(self.plan.given)
@@ -52,6 +54,8 @@ class Inputs(LoadValues):
         tau: their efforts (n,) [N m, N].
         branch: branch sign of each block, then the chart of each ball or free joint.
         guess: where iterations start, all coordinates (n_s,).
+        start: a closed configuration to come from, all coordinates (n_s,), in place of a guess.
+        start_map: R there, row by row (n_s * n,).
         gravity: (3,) [m/s^2], base axes.
     """
 
@@ -61,6 +65,8 @@ class Inputs(LoadValues):
     tau: Scalars = ()
     branch: Scalars = ()
     guess: Scalars = ()
+    start: Scalars = ()
+    start_map: Scalars = ()
     gravity: Scalars = ()
 
 
@@ -85,6 +91,16 @@ class Program:
         """Length of an input vector."""
         return self.sizes.get(name) or model.size(name)
 
+    def from_start(self) -> Program:
+        """The same from a closed configuration nearby, in place of a guess.
+
+        Its status is `JUMP` where the move from there is no smooth one.
+        """
+        inputs: list[str] = []
+        for name in self.inputs:
+            inputs += FROM_START if name == "guess" else (name,)
+        return Program(tuple(inputs), self.run, self.sizes)
+
     def kernel(self, model: Model, label: str) -> Kernel:
         """The program on a model as functions of arrays, its inputs in order.
 
@@ -102,6 +118,7 @@ class Program:
 
 
 # inputs of programs, before those of the loads
+FROM_START = ("start", "start_map")
 AT_POSITION = ("u", "branch", "guess")
 AT_STATE = ("u", "du", "branch", "guess")
 UNDER_GRAVITY = (*AT_STATE, "gravity")

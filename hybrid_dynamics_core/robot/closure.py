@@ -23,7 +23,9 @@ from ..closed_state.turns import FreeTurns
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors
+from ..ground.lazy import lazy
 from .charts import Charts
+from .closure_runs import closure_runs
 from .given import GivenMotion, close_rows
 from .kernel_store import KernelStore
 from .model import RobotModel
@@ -44,6 +46,8 @@ class Closure:
         start: all coordinates (n_s,) of the reference configuration [rad, m].
         turns: the passive angles whose whole turns are free.
         charts: of ball and free joints.
+        iterates: whether some loop has no closed form.
+        is_followed: whether compiled calls come from the reference in one move, if they can.
     """
 
     def __init__(self, model: RobotModel, kernels: KernelStore) -> None:
@@ -55,6 +59,9 @@ class Closure:
         self._states = StateBuilder(model)
         self.charts = Charts(model, self._run_closure, self._states)
         self._solver = self._solver_of("close", model.program_model)
+        self.iterates = self._solver.iterates
+        # charts of ball joints may change on the way
+        self.is_followed = self.iterates and not self.charts.change_in_loops
 
     def close(
         self,
@@ -226,7 +233,8 @@ class Closure:
         inputs |= {"branch": signs, "guess": closed["s"]}
         key = f"accelerations {given}"
         moving, _ = self.kernels.run(key, programs.ACCELERATIONS, inputs, model)
-        state = self._state_at(closed["s"], closed["ds"], charts)
+        modes = frozen(matching_signs(self.model.program_model, closed["s"], charts))
+        state = self.state_at(closed["s"], closed["ds"], modes)
         return replace(state, dds=moving["dds"])
 
     def closed_state(
@@ -281,6 +289,11 @@ class Closure:
         """Close on given signs, those of the blocks and the charts of ball and free joints."""
         values, codes = self._solver.close(u, du, signs, None)
         return self._states.build(u, du, signs, values, codes)
+
+    @lazy
+    def reference_start(self) -> Start:
+        """The reference configuration, and R there."""
+        return self._solver.reference(self.signs)
 
     def owns(self, state: ClosedState) -> bool:
         """Whether a state has this robot's coordinates and loops."""
@@ -367,16 +380,7 @@ class Closure:
     # -- solvers
 
     def _solver_of(self, key: str, model: programs.Model) -> ClosureSolver:
-        def run(
-            u: Array,
-            du: Array,
-            signs: Array,
-            guess: Array,
-        ) -> ClosureResults:
-            inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
-            return self.kernels.run(key, programs.CLOSE, inputs, model)
-
-        return ClosureSolver(model, run)
+        return ClosureSolver(model, closure_runs(self.kernels, key, model))
 
     def _run_closure(self, u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
         inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
@@ -384,11 +388,10 @@ class Closure:
 
     # -- results
 
-    def _state_at(self, s: Array, ds: Array, charts: Array) -> ClosedState:
-        """The closed state of all coordinates s (n_s,) and rates, on the modes they are on."""
+    def state_at(self, s: Array, ds: Array, signs: Array) -> ClosedState:
+        """The closed state of all coordinates s (n_s,) and rates on given branch signs."""
         n = len(self.model.active)
         u = s[:n].copy()
         du = ds[:n].copy()
-        signs = frozen(matching_signs(self.model.program_model, s, charts))
         values, codes = self._run_closure(u, du, signs, s)
         return self._states.build(u, du, signs, values, codes)

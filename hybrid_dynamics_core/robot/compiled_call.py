@@ -11,10 +11,13 @@ from numpy.typing import ArrayLike
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors, real_array
+from ..ground.lazy import lazy
 from ..kernels.caller import Signature, make_caller
 from ..kernels.run import Codes, Kernel
-from ..programs import Program
+from .call_kernels import CallKernels
 from .closure import Closure
+from .closure_runs import start_inputs
+from .warm_start import WarmStart
 
 # inputs that belong to a state; the other inputs of a program are constants of the robot
 STATE_INPUTS = ("u", "du", "ddu", "tau")
@@ -26,9 +29,8 @@ class CompiledCall:
     """A program of a robot as one function of arrays.
 
     Args:
-        kernel: the compiled program.
-        program: names its inputs.
-        closure: closes loops without a closed form, and explains states that do not close.
+        kernels: the compiled program.
+        closure: closes loops that have to be followed, and explains states that do not close.
         constants: the robot's values of all inputs that do not belong to a state.
         optional: inputs of a state that are zero where they are left out.
         explain: raises what is wrong with a state that closes, but has no answer.
@@ -36,19 +38,19 @@ class CompiledCall:
 
     def __init__(
         self,
-        kernel: Kernel,
-        program: Program,
+        kernels: CallKernels,
         closure: Closure,
         constants: Mapping[str, Array],
         optional: Sequence[str] = (),
         explain: Explain | None = None,
     ) -> None:
-        self._kernel = kernel
+        program = kernels.program
+        self._kernels = kernels
         self._closure = closure
         self._active = closure.model.active
         self._explain = explain
         self._names = program.inputs
-        sizes = kernel.facts["inputs"]
+        sizes = [program.size(closure.model.program_model, name) for name in program.inputs]
         self._sizes = dict(zip(program.inputs, sizes, strict=True))
         self._of_state = [name for name in program.inputs if name in STATE_INPUTS]
         self._optional: dict[str, Array] = {}
@@ -60,16 +62,30 @@ class CompiledCall:
                 self._constants[name] = constants[name]
 
     def caller(self) -> Callable[..., Any]:
-        """The function: inputs of a state, out, check, threads, other inputs -> results."""
+        """The function: inputs of a state, out, check, threads, start, other inputs -> results."""
+        n_s, n = len(self._closure.model.coordinates), len(self._active)
+        reference = np.empty(n_s), np.empty(n_s * n)
+        if self._closure.is_followed:
+            start = self._closure.reference_start
+            reference = start.s, start.velocity_map.reshape(-1)
         signature = Signature(
             inputs=self._names,
             given=self._of_state,
             values=self._constants,
-            shapes=[shape for _, shape in self._kernel.layout],
+            shapes=[shape for _, shape in self._layout],
             optional=self._optional,
-            follows="guess" if self._kernel.facts["iterates"] else None,
+            is_followed=self._closure.is_followed,
+            reference=reference,
+            start_type=WarmStart,
         )
-        return make_caller(signature, self._kernel.one, self._call_thoroughly)
+        return make_caller(signature, self._kernels.loaders(), self._call_thoroughly)
+
+    @lazy
+    def _layout(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """Names and shapes of the results."""
+        if self._closure.is_followed:
+            return self._kernels.from_start.layout
+        return self._kernels.at_guess.layout
 
     def _call_thoroughly(
         self,
@@ -77,6 +93,7 @@ class CompiledCall:
         out: Any,
         check: bool,
         threads: Any,
+        start: WarmStart | None,
     ) -> Any:
         """Batches, arrays of other kinds, loops that are followed, and all that is an error."""
         if not isinstance(threads, int) or threads < 1:
@@ -86,15 +103,84 @@ class CompiledCall:
         inputs = _apart(inputs, outs)
         # the very object of the constants: the caller gave no guess
         is_reference = values["guess"] is self._constants["guess"]
-        if is_reference and self._kernel.facts["iterates"]:
-            state = self._closure.close(inputs["u"], check=check)
-            inputs |= {"branch": state.signs, "guess": state.s}
-        codes = self._run(inputs, outs, threads)
+        if start is not None:
+            is_default = is_reference and values["branch"] is self._constants["branch"]
+            codes = self._run_along(start, inputs, outs, threads, is_default)
+        elif is_reference and self._closure.iterates:
+            codes = self._run_from_reference(inputs, outs, threads, check)
+        else:
+            codes = self._run(inputs, outs, threads)
         if codes.any():
             self._mark_failures(inputs, outs, codes, check)
         if len(outs) == 1:
             return outs[0]
         return tuple(outs)
+
+    def _run_along(
+        self,
+        start: object,
+        inputs: dict[str, Array],
+        outs: list[Array],
+        threads: int,
+        is_default: bool,
+    ) -> Codes:
+        """One state, or rows that follow each other, from a start, which moves along."""
+        if not isinstance(start, WarmStart):
+            kind = type(start).__name__
+            raise InputError(f"start is a {kind}; expected a WarmStart, of robot.kernels.start()")
+        if not is_default:
+            raise InputError("give start, or guess and branch: the start has both of its own")
+        sizes = len(start.s), len(start.signs)
+        if sizes != (len(self._closure.start), len(self._closure.signs)):
+            raise InputError("start belongs to another robot")
+        near = start.state(self._closure)
+        if inputs["u"].ndim == 1:
+            state = self._closure.close(inputs["u"], near=near)
+        else:
+            state = self._closure.close_path(inputs["u"], near=near)
+        codes = self._run(inputs | {"branch": state.signs, "guess": state.s}, outs, threads)
+        if not codes.any():
+            start.move_to(state)
+        return codes
+
+    def _run_from_reference(
+        self,
+        inputs: dict[str, Array],
+        outs: list[Array],
+        threads: int,
+        check: bool,
+    ) -> Codes:
+        """In one move from the reference; what is farther off is followed."""
+        if not self._closure.is_followed:
+            return self._run_followed(inputs, outs, threads, check)
+        from_start = {**inputs, **start_inputs(self._closure.reference_start)}
+        arguments = [from_start[name] for name in self._kernels.names_from_start]
+        codes = _run_kernel(self._kernels.from_start, arguments, outs, threads)
+        if not codes.any():
+            return codes
+        self._check_finite(inputs)
+        if codes.ndim == 0:
+            return self._run_followed(inputs, outs, threads, check)
+        rows = np.flatnonzero(codes)
+        inputs_of_rows: dict[str, Array] = {}
+        for name, array in inputs.items():
+            inputs_of_rows[name] = array[rows] if array.ndim == 2 else array
+        outs_of_rows = [out[rows] for out in outs]
+        codes[rows] = self._run_followed(inputs_of_rows, outs_of_rows, threads, check=False)
+        for out, replacement in zip(outs, outs_of_rows, strict=True):
+            out[rows] = replacement
+        return codes
+
+    def _run_followed(
+        self,
+        inputs: dict[str, Array],
+        outs: list[Array],
+        threads: int,
+        check: bool,
+    ) -> Codes:
+        """Followed from the reference in small steps."""
+        state = self._closure.close(inputs["u"], check=check)
+        return self._run(inputs | {"branch": state.signs, "guess": state.s}, outs, threads)
 
     # -- arguments
 
@@ -148,8 +234,8 @@ class CompiledCall:
 
     def _checked_outs(self, out: Any, rows: int | None) -> list[Array]:
         """The arrays for the results: new ones, or those of the caller."""
-        names = [name for name, _ in self._kernel.layout]
-        shapes = [shape for _, shape in self._kernel.layout]
+        names = [name for name, _ in self._layout]
+        shapes = [shape for _, shape in self._layout]
         if rows is not None:
             shapes = [(rows, *shape) for shape in shapes]
         if out is None:
@@ -168,11 +254,12 @@ class CompiledCall:
         threads: int,
     ) -> Codes:
         arguments = [inputs[name] for name in self._names]
-        if inputs["u"].ndim == 1:
-            return np.array(self._kernel.fill_one(arguments, outs))
-        codes = np.empty(len(inputs["u"]), dtype=np.int64)
-        self._kernel.fill_rows(arguments, outs, codes, threads)
-        return codes
+        return _run_kernel(self._kernels.at_guess, arguments, outs, threads)
+
+    def _check_finite(self, inputs: dict[str, Array]) -> None:
+        """Raise for inputs that `_is_batch` let through unchecked, even without `check`."""
+        for name in self._of_state:
+            finite_vectors(name, inputs[name], self._active)
 
     def _mark_failures(
         self,
@@ -182,9 +269,7 @@ class CompiledCall:
         check: bool,
     ) -> None:
         """NaN in rows without an answer; with `check` an error for the first of them."""
-        # `_is_batch` let these through unchecked; this raises even without `check`
-        for name in self._of_state:
-            finite_vectors(name, inputs[name], self._active)
+        self._check_finite(inputs)
         for array in outs:
             array[codes != 0] = np.nan
         if check:
@@ -207,6 +292,21 @@ class CompiledCall:
         if codes.ndim == 1:
             place = f" in row {int(np.flatnonzero(codes)[0])}"
         raise InputError(f"the result{place} is not finite: the input is too large to compute with")
+
+
+def _run_kernel(
+    kernel: Kernel,
+    arguments: list[Array],
+    outs: list[Array],
+    threads: int,
+) -> Codes:
+    """Run a kernel on one state or rows, as its first argument is."""
+    u = arguments[0]
+    if u.ndim == 1:
+        return np.array(kernel.fill_one(arguments, outs))
+    codes = np.empty(len(u), dtype=np.int64)
+    kernel.fill_rows(arguments, outs, codes, threads)
+    return codes
 
 
 def _rows(u: Array) -> int | None:

@@ -16,15 +16,18 @@ from functools import partial
 from typing import Any
 
 from .. import programs
+from ..closed_state.state import ClosedState
 from ..description.model import Frame
 from ..dynamics.load_pattern import LoadPattern
 from ..dynamics.loads import Loads
 from ..ground.arrays import frozen
 from ..ground.lazy import lazy
+from .call_kernels import CallKernels
 from .closure import Closure
 from .compiled_call import CompiledCall
 from .dynamics import Dynamics
 from .kernel_store import KernelStore
+from .warm_start import WarmStart
 
 Call = Callable[..., Any]
 ProgramOfLoads = Callable[[LoadPattern], programs.Program]
@@ -41,8 +44,10 @@ class RobotKernels:
         threads: how many threads work on a batch.
 
     and the other vectors of their program, such as gravity=(3,). Loops without a closed form are
-    followed from the reference configuration, which takes longer. With guess=(n_s,), a
-    configuration nearby, they are not.
+    iterated from the reference configuration. What is far from it is followed in small steps, which
+    takes longer. Along a motion, give start=robot.kernels.start(): each call starts from the
+    configuration of the one before, and refuses to jump to another assembly mode. A batch is then a
+    motion too. With guess=(n_s,), a configuration nearby, nothing is compared.
     """
 
     def __init__(
@@ -74,6 +79,20 @@ class RobotKernels:
         Loads of the same kinds with other values use the same compiled code.
         """
         return RobotKernels(self._kernels, self._closure, self._dynamics, loads, self._frame)
+
+    def start(self, state: ClosedState | None = None) -> WarmStart:
+        """Where a motion starts, for the argument `start` of the calls.
+
+        Args:
+            state: closed state of this robot; the reference configuration if None.
+
+        Raises:
+            InputError: the state is of another robot, a batch, or not closed.
+        """
+        if state is None:
+            state = self._closure.close(self._closure.start[: len(self._closure.model.active)])
+        self._closure.check_state(state)
+        return WarmStart(state)
 
     @lazy
     def close(self) -> Call:
@@ -160,6 +179,6 @@ class RobotKernels:
             "gravity": frozen(self._loads.gravity),
             **values_of_loads,
         }
-        kernel = self._kernels.kernel(key, program)
-        call = CompiledCall(kernel, program, self._closure, constants, optional, explain)
+        kernels = CallKernels(self._kernels, key, program)
+        call = CompiledCall(kernels, self._closure, constants, optional, explain)
         return call.caller()

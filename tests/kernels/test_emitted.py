@@ -129,8 +129,9 @@ def test_generated_python_is_names_with_numbers(name: str) -> None:
 
 def test_callers_take_names_only() -> None:
     signature = caller.Signature(["u; import os"], ["u; import os"], {}, [(1,)])
+    loaders = caller.Loaders(*[lambda: lambda *_: 0] * 3)
     with pytest.raises(ValueError, match="not all names"):
-        caller.make_caller(signature, lambda *_: 0, lambda *_: None)
+        caller.make_caller(signature, loaders, lambda *_: None)
 
 
 IN_PARTS = [("forging_chu2020", "minimal"), ("gough", "forward")]

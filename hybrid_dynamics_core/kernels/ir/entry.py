@@ -218,6 +218,32 @@ def one_entry(trace: Trace, header: Header) -> str:
     return entry.finish(status)
 
 
+def path_entry(trace: Trace, header: Header) -> str:
+    """`call(a0, ..., o0, ..., status)` for rows of which each starts from the one before.
+
+    The first input is (N, size), all others are (size,); outputs (N, *shape) and int64 status (N,)
+    are filled up to the first row without an answer; the answer is 0.
+    """
+    inputs, outs = len(trace.inputs), len(trace.layout)
+    entry = Entry("call", inputs + outs + 1, header)
+    f = entry.f
+    status = entry.argument(inputs + outs, Address.INT64, writable=True)
+    (n,) = entry.shape(status, 1)
+    arguments = [f"i64 {n}"]
+    for k, size in enumerate(trace.inputs):
+        shape: list[int | str] = [n, size] if k == 0 else [size]
+        arguments.append(f"ptr {entry.array(k, shape, writable=False)}")
+    for k, (_, shape_of_one) in enumerate(trace.layout):
+        pointer = entry.array(inputs + k, [n, *shape_of_one], writable=True)
+        arguments.append(f"ptr {pointer}")
+    codes = entry.field(status, header.data)
+    arguments.append(f"ptr {codes}")
+    thread = f.let("call ptr @PyEval_SaveThread()")
+    f.do(f"call void @path({', '.join(arguments)})")
+    f.do(f"call void @PyEval_RestoreThread(ptr {thread})")
+    return entry.finish("0")
+
+
 def rows_entry(trace: Trace, header: Header) -> str:
     """`call(a0, ..., o0, ..., status)` for many states; other Python threads run meanwhile.
 

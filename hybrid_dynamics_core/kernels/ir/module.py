@@ -6,18 +6,19 @@ from typing import Literal
 
 from ..trace import Trace
 from .blocks import block_functions
-from .entry import DECLARATIONS, Header, one_entry, rows_entry
+from .entry import DECLARATIONS, Header, one_entry, path_entry, rows_entry
 from .nodes import atan2_functions
 from .sincos import sincos_functions
-from .states import one_functions, rows_function, wide_functions
+from .states import one_functions, path_function, rows_function, wide_functions
 from .text import declarations
 
-Form = Literal["one", "rows"]
+# for one state, for rows side by side, and for rows of which each starts from the one before
+Form = Literal["one", "rows", "path"]
 
 
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
-    """LLVM IR with the function `call`, for one state or for rows, `width` of them side by side."""
-    widths = [1] if form == "one" or width == 1 else [1, width]
+    """LLVM IR with the function `call` of a form; of rows, `width` are worked side by side."""
+    widths = [1, width] if form == "rows" and width > 1 else [1]
     parts = [DECLARATIONS]
     for w in widths:
         parts += [line + "\n" for line in declarations(w)]
@@ -28,6 +29,8 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     parts += block_functions(trace)
     if form == "one":
         parts += [*one_functions(trace), one_entry(trace, header)]
+    elif form == "path":
+        parts += [*one_functions(trace), path_function(trace), path_entry(trace, header)]
     else:
         parts += wide_functions(trace, width) if width > 1 else one_functions(trace)
         parts += [rows_function(trace, width), rows_entry(trace, header)]

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ..graph import Symbol
-from ..status import NOT_FINITE
+from ..status import GOOD, NOT_FINITE
 from ..trace import Trace
 from .blocks import call_block, fetch_input
 from .nodes import Nodes
@@ -162,6 +162,37 @@ def _row_by_row(f: Function, trace: Trace) -> None:
         places += _output_rows(f, trace, row)
         status = f.let(f"call i64 @one({_pointers(places)})")
         f.store(status, "%status", row, kind="i64")
+
+
+def path_function(trace: Trace) -> str:
+    """`@path(n, a0, ..., o0, ..., status)`: rows of which each starts from the one before.
+
+    The first input has a row for each state. The last inputs, as many as there are outputs, are
+    what the row before put out; the arguments are for the first row. It ends at the first row
+    without an answer.
+    """
+    outs = len(trace.layout)
+    shared = len(trace.inputs) - outs
+    parameters = ["i64 %n", *_parameters(trace), *_outs(trace), "ptr %status"]
+    f = Function(f"define internal void @path({', '.join(parameters)}) noinline")
+    working = f.slot("i1")
+    f.store("true", working, kind="i1", align=1)
+    with f.loop(0, "%n", while_=working) as row:
+        is_first = f.let(f"icmp eq i64 {row}, 0")
+        before = f.let(f"sub i64 {row}, 1")
+        places = [f.row("%a0", row, trace.inputs[0])]
+        places += [f"%a{v}" for v in range(1, shared)]
+        for k, size in enumerate(sizes(trace)):
+            previous = f.row(f"%o{k}", before, size)
+            start = f"%a{shared + k}"
+            places.append(f.let(f"select i1 {is_first}, ptr {start}, ptr {previous}"))
+        places += _output_rows(f, trace, row)
+        status = f.let(f"call i64 @one({_pointers(places)})")
+        f.store(status, "%status", row, kind="i64")
+        is_good = f.let(f"icmp eq i64 {status}, {GOOD}")
+        f.store(is_good, working, kind="i1", align=1)
+    f.do("ret void")
+    return f.text()
 
 
 def _pointers(places: Sequence[str]) -> str:

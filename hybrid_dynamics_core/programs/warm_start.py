@@ -1,0 +1,38 @@
+"""Programs along a motion: each state starts from the one before, and puts out the next start."""
+
+from __future__ import annotations
+
+from ..algebra.scalar import Scalar
+from ..kernels.trace import Results
+from .closure import closed_motion
+from .model import FROM_START, Inputs, Model, Program
+
+
+def warm_started(program: Program) -> Program:
+    """A program from a closed configuration nearby, which puts out its own as well.
+
+    Args:
+        program: takes a guess.
+
+    Returns:
+        The program with `start` and `start_map` in place of the guess, and as further outputs.
+    """
+
+    def run(model: Model, x: Inputs) -> Results:
+        results = program.run(model, x)
+        following = _next_start(model, x)
+        return Results({**results.outputs, **following.outputs}, results.checks)
+
+    return Program(program.from_start().inputs, run, program.sizes)
+
+
+def _next_start(model: Model, x: Inputs) -> Results:
+    """What the next state of a motion starts from: all coordinates, and R row by row."""
+    motion, checks, _ = closed_motion(model, x)
+    start_map: list[Scalar] = []
+    for row in motion.velocity_map():
+        start_map += row
+    return Results({"start": motion.configuration.q, "start_map": start_map}, checks)
+
+
+STEP = Program(("u", "branch", *FROM_START), _next_start)

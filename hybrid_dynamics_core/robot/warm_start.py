@@ -1,0 +1,51 @@
+"""Where the next call along a motion starts: the closed configuration of the last one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..closed_state.state import ClosedState
+from ..errors import InputError
+from ..ground.arrays import Array
+from .closure import Closure
+
+
+class WarmStart:
+    """A closed configuration that compiled calls start from, and replace by their own.
+
+    It belongs to one motion and one thread. A call that raises leaves it as it was.
+
+    Attributes:
+        signs: branch sign of each block of the closure plan, and the charts of ball joints.
+        s: all coordinates (n_s,) [rad, m].
+        start_map: R there, row by row (n_s * n,).
+    """
+
+    __slots__ = ("s", "signs", "start_map")
+
+    def __init__(self, state: ClosedState) -> None:
+        """Start at a closed state.
+
+        Raises:
+            InputError: it is a batch, or not closed.
+        """
+        if state.u.ndim != 1:
+            raise InputError(f"a motion starts at one state, not at a batch of {len(state.u)}")
+        if state.status:
+            raise InputError("the state is not closed (its status says why)")
+        self.move_to(state)
+
+    def move_to(self, state: ClosedState) -> None:
+        """Go on from a closed state: of a batch from its last row."""
+        s, velocity_map, signs = state.s, state.R, state.signs
+        if s.ndim == 2:
+            s, velocity_map = s[-1], velocity_map[-1]
+        if signs.ndim == 2:
+            signs = signs[-1]
+        self.signs: Array = signs
+        self.s: Array = s.copy()
+        self.start_map: Array = velocity_map.reshape(-1).copy()
+
+    def state(self, closure: Closure) -> ClosedState:
+        """The closed state of the configuration, at rest."""
+        return closure.state_at(self.s, np.zeros_like(self.s), self.signs)
