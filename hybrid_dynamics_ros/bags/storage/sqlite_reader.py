@@ -16,6 +16,7 @@ from hybrid_dynamics_core.ground.wording import counted
 from ..errors import BagError
 from .pieces import Piece
 from .qos import read_profiles
+from .sqlite_leftovers import Leftovers
 from .storage import CDR, Losses, Messages, Topic
 
 _BATCH: Final = 8192  # messages that are read together
@@ -26,7 +27,6 @@ _ROWS: Final = "SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY
 # Of a damaged file: without an index, as far as it goes.
 _READABLE_ROWS: Final = "SELECT timestamp, data FROM messages NOT INDEXED WHERE topic_id = ?"
 _DEFINITIONS: Final = "SELECT * FROM message_definitions"
-_TEMPORARY_SUFFIXES: Final = ("-wal", "-journal")
 _NO_DATABASE: Final = (sqlite3.Error, KeyError, ValueError, TypeError, OverflowError, MemoryError)
 
 
@@ -45,7 +45,12 @@ class SqliteReader:
         """
         self._path = path
         self._losses = losses
-        self._base = sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True)
+        self._leftovers = Leftovers(path, self._lose)
+        try:
+            self._base = self._leftovers.connect()
+        except sqlite3.Error as error:
+            self._leftovers.close()
+            raise _no_bag(path, error) from error
         try:
             # A file that was cut off is refused without this; nothing is written.
             self._base.execute("PRAGMA writable_schema = ON")
@@ -53,8 +58,8 @@ class SqliteReader:
             self._topics = {str(topic["name"]): topic for topic in topics}
             self._numbers = {name: int(topic["id"]) for name, topic in self._topics.items()}
         except _NO_DATABASE as error:
-            self._base.close()
-            raise BagError(f"{path.name}: cannot be read as a sqlite3 bag ({error})") from error
+            self.close()
+            raise _no_bag(path, error) from error
         self._is_sound = self._check()
         self._definitions = self._read_definitions()
         self._counts = self._count()
@@ -62,6 +67,7 @@ class SqliteReader:
     def close(self) -> None:
         """Close the file."""
         self._base.close()
+        self._leftovers.close()
 
     def topics(self) -> list[Topic]:
         """The topics that the file says it holds."""
@@ -95,10 +101,6 @@ class SqliteReader:
 
     def _check(self) -> bool:
         """Whether the file is as SQLite writes it. Each fault is added to the losses."""
-        for suffix in _TEMPORARY_SUFFIXES:
-            beside = self._path.with_name(self._path.name + suffix)
-            if beside.is_file() and beside.stat().st_size:
-                self._lose(f"{beside.name} beside it is not read: its recorder did not finish")
         try:
             rows = self._base.execute(f"PRAGMA integrity_check({_MAX_FAULTS})").fetchall()
             lines = [line for (text,) in rows for line in str(text).splitlines()]
@@ -191,3 +193,7 @@ class SqliteReader:
         if lost:
             self._lose(f"{name}: {counted(lost, 'row')} without a message")
         return Messages.of(times, contents)
+
+
+def _no_bag(path: Path, error: Exception) -> BagError:
+    return BagError(f"{path.name}: cannot be read as a sqlite3 bag ({error})")
