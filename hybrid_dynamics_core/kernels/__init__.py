@@ -1,1 +1,1 @@
-"""Programs traced once per robot into straight-line code, and run from there."""
+"""Tracing, compilation and calls of programs: straight-line code for each robot."""

@@ -1,10 +1,9 @@
 """Kernels on disk under two keys.
 
-The first key is a digest of a program, of the sizes of its inputs and of the code that formulas
-come from. It leads to the facts of the program and to the second key: a warm start traces nothing.
-The second key is a digest of the generated text, the compiler, the processor and the level of
-optimisation. It leads to the code. A change of the package that leaves a text as it is costs a
-trace, but no compilation.
+The first key is a digest of a program, the sizes of its inputs and the source of its formulas. Its
+entry has the facts of the program and the second key. So a warm start needs no trace. The second
+key is a digest of the generated text, compiler, processor and optimisation level. Its entry has the
+code. A change of the package that does not change the text needs a trace, but no compilation.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ def identity_of(program: object, backend: Backend) -> str | None:
 
     Args:
         program: the program, with the sizes of its inputs.
-        backend: what makes the code.
+        backend: the backend that generates and builds the code.
 
     Returns:
-        The digest; None where there is no cache, or where the program cannot be identified.
+        The digest; None without a cache, or if the program has no digest.
     """
     if cache.folder() is None:
         return None
@@ -47,13 +46,13 @@ def first_key(identity: str, form: Form) -> str:
 
 
 def second_key(source: Source, backend: Backend) -> str:
-    """The second key: of the code of a text."""
+    """The second key, for the code of a text."""
     parts = json.dumps([source.text, source.level, backend.conditions()])
     return hashlib.sha256(parts.encode()).hexdigest()
 
 
 def find(key: str) -> Artifact | None:
-    """What is kept under a first key; None where a part of it is missing."""
+    """The artifact of a first key; None if facts or code are missing."""
     entry = cache.read(key)
     if entry is None:
         return None
@@ -62,13 +61,13 @@ def find(key: str) -> Artifact | None:
 
 
 def make(trace: Trace, form: Form, backend: Backend, key: str | None) -> Artifact:
-    """Make the code of a trace, or take it where its text was compiled before.
+    """Build the code of a trace, or read it from the cache if its text was compiled before.
 
     Args:
         trace: the traced program.
-        form: for one state, or for rows.
-        backend: what makes the code.
-        key: the first key under which it is kept; None to keep nothing.
+        form: one state, or rows.
+        backend: the backend that generates and builds the code.
+        key: the first key to store it under; None to store nothing.
 
     Returns:
         Facts and code.
@@ -92,11 +91,11 @@ def _code(source: Source, backend: Backend, key: str) -> bytes:
 
 
 def facts_of(trace: Trace) -> dict[str, Any]:
-    """What is known of a program without running it, as plain data.
+    """Facts of a program that are known without running it, as plain data.
 
     Returns:
         `inputs`: sizes of the input vectors; `layout`: names and shapes of the outputs; `read`:
-        numbers of the vectors that are read; `iterates`: whether anything is iterated.
+            indices of the vectors that are read; `iterates`: whether it has an iteration.
     """
     blocks = [trace.graph.blocks[number] for number in trace.live_blocks()]
     return {

@@ -1,4 +1,4 @@
-"""What makes code of a trace: text first, whose digest says whether the code is there already."""
+"""The interface of backends: from a trace to a text, whose digest is a cache key, and to code."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Source:
 
     Attributes:
         text: the text.
-        level: how well a compiler optimises it.
+        level: optimisation level.
     """
 
     text: str
@@ -25,11 +25,11 @@ class Source:
 
 @dataclass(frozen=True)
 class Artifact:
-    """Code of one form of a program, and what is known of the program.
+    """Code of one form of a program, and facts of the program.
 
     Attributes:
         facts: plain data, see `artifact.facts_of`.
-        code: what `Backend.build` gave.
+        code: result of `Backend.build`.
     """
 
     facts: dict[str, Any]
@@ -37,16 +37,16 @@ class Artifact:
 
 
 class Backend(Protocol):
-    """A module that makes functions of traces."""
+    """A module that turns traces into functions."""
 
     NAME: str
 
     def identity(self) -> list[str]:
-        """Everything outside program and package that facts and text depend on."""
+        """All conditions outside of program and package that facts and text depend on."""
         ...
 
     def conditions(self) -> list[str]:
-        """Everything beside the source that decides the code which `build` makes."""
+        """All conditions besides the source that the result of `build` depends on."""
         ...
 
     def source(self, trace: Trace, form: Form) -> Source:
@@ -58,5 +58,5 @@ class Backend(Protocol):
         ...
 
     def load(self, artifact: Artifact) -> Callable[..., int]:
-        """The function: inputs, outputs that are filled, and for rows their status; a status."""
+        """The function of inputs, outputs to fill and, for rows, their status; returns a status."""
         ...

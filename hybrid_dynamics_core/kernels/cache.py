@@ -1,9 +1,9 @@
-"""Entries on disk that outlive a process: facts (plain data, JSON) and code (bytes) under a key.
+"""A cache on disk: facts (plain data, JSON) and code (bytes) by key.
 
-An entry is a file named by its key, a digest of everything that the entry was made from. It holds
-the key and a checksum. An entry that was cut off, damaged or renamed counts as missing. Entries are
-written aside and renamed into place, so any number of processes may start at once. The folder must
-belong to the user, and to nobody else.
+An entry is a file named by its key, a digest of all that the entry was made from. It contains the
+key and a checksum. A truncated, damaged or renamed entry counts as missing. Entries are written to
+a temporary file and renamed, so any number of processes may start at once. Only the user may have
+access to the folder.
 
 `HYBRID_DYNAMICS_CACHE` names another folder, or is `off`.
 """
@@ -24,17 +24,17 @@ from typing import Any
 from ..ground.regular_files import open_regular
 
 VARIABLE = "HYBRID_DYNAMICS_CACHE"
-MAX_ENTRIES = 10_000  # of some 20 kB; beyond, the longest unused tenth is removed
+MAX_ENTRIES = 10_000  # of some 20 kB each; beyond this number the oldest tenth is removed
 _OFF = ("", "0", "off", "no", "none")
 _MAGIC = b"hybrid_dynamics kernel 2\n"
-_CHECKSUM = 32  # bytes of a SHA-256
-_LENGTH = 8  # bytes of the length of the facts
+_CHECKSUM = 32  # [bytes] of a SHA-256
+_LENGTH = 8  # [bytes] of the length of the facts
 _SUFFIX = ".kernel"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What is kept under a key.
+    """The content of an entry.
 
     Attributes:
         facts: plain data (JSON).
@@ -46,7 +46,7 @@ class Entry:
 
 
 def folder() -> Path | None:
-    """The folder of the entries; None where caching is off or others can write to it."""
+    """The folder of the entries; None if caching is off, or others can write to it."""
     setting = os.environ.get(VARIABLE)
     if setting is None:
         place = user_folder() / "hybrid_dynamics"
@@ -64,7 +64,7 @@ def folder() -> Path | None:
 
 @contextlib.contextmanager
 def at_least_meanwhile() -> Iterator[None]:
-    """Where no folder is kept, have one that is removed at the end: processes share code in it."""
+    """Without a cache folder, use a temporary one for a while, so that processes share code."""
     if folder() is not None:
         yield
         return
@@ -86,7 +86,7 @@ def _is_private(status: os.stat_result) -> bool:
 
 
 def user_folder() -> Path:
-    """The folder of this user where programs keep what they can make again."""
+    """The user's cache folder, such as ~/.cache."""
     home = Path.home
     system = platform.system()
     if system == "Windows":
@@ -98,7 +98,7 @@ def user_folder() -> Path:
 
 
 def read(key: str) -> Entry | None:
-    """The entry of a key; None where there is none that is complete."""
+    """The entry of a key; None if there is no valid one."""
     place = folder()
     if place is None:
         return None
@@ -109,12 +109,12 @@ def read(key: str) -> Entry | None:
     except OSError:
         return None
     with contextlib.suppress(OSError):
-        os.utime(path)  # the time of the last use
+        os.utime(path)  # marks the last use
     return _unpack(key, data)
 
 
 def write(key: str, entry: Entry) -> None:
-    """Keep an entry; where that is not possible it is made again another time."""
+    """Store an entry; failures are ignored, since it can be built again."""
     place = folder()
     if place is None:
         return
@@ -147,7 +147,7 @@ def _unpack(key: str, data: bytes) -> Entry | None:
 
 
 def _prune(place: Path) -> None:
-    with os.scandir(place) as files:  # much quicker than a glob, and done for every entry
+    with os.scandir(place) as files:  # much faster than a glob, since it is done for every entry
         names = [file.name for file in files]
     if len(names) <= MAX_ENTRIES:
         return

@@ -1,6 +1,6 @@
-"""A Python function written for one kernel: nothing stands between a caller and compiled code.
+"""Generated Python functions that call one kernel with the least overhead.
 
-Its text holds names of inputs, shapes and numbers alone. The names come from this package.
+Their text has only names of inputs, shapes and numbers. The names come from this package.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ Fallback = Callable[[dict[str, Any], Any, bool, int, Any], Any]
 
 @dataclass(frozen=True)
 class Signature:
-    """How a kernel is called.
+    """Signature of a kernel.
 
     Attributes:
-        inputs: names of all inputs, in order; `branch` and `guess` are among them.
-        given: names of those that the caller gives.
-        values: values of the others.
+        inputs: names of all inputs, in order, with `branch` and `guess` among them.
+        given: names of the inputs that are parameters of the caller.
+        values: default values of the other inputs.
         shapes: shapes of the outputs, in order.
-        optional: inputs of `given` that may be left out, with the value that they then have.
-        is_followed: whether the value of `guess` is only a start. A call without a guess of its own
-            then goes to `from_start` of the code, with `reference`.
-        reference: the vectors of the start in place of the guess.
-        start_type: of what is passed as `start`.
+        optional: default values of inputs in `given` that may be left out.
+        is_followed: whether the default of `guess` is only the start of a motion. A call without
+            `guess` then uses `from_start` of the code, with `reference`.
+        reference: the two vectors of that start.
+        start_type: type of the argument `start`.
     """
 
     inputs: Sequence[str]
@@ -47,12 +47,13 @@ class Signature:
 
 @dataclass(frozen=True)
 class Loaders:
-    """What loads the compiled code for one state, when it is first needed.
+    """Functions that load the compiled code for one state at its first use.
 
     Attributes:
-        at_guess: all inputs of the signature, outputs -> status.
-        from_start: two vectors of a start in place of the guess.
-        along_motion: the same, and the two vectors of the next start as further outputs.
+        at_guess: code that takes all inputs of the signature and the outputs; returns a status.
+        from_start: the same with two vectors of a start in place of the guess.
+        along_motion: the same as `from_start`, with the two vectors of the next start as further
+            outputs.
     """
 
     at_guess: Load
@@ -61,19 +62,19 @@ class Loaders:
 
 
 def make_caller(signature: Signature, loaders: Loaders, fallback: Fallback) -> Callable[..., Any]:
-    """Write the function of a kernel.
+    """Generate the caller of a kernel.
 
     Args:
-        signature: how the function is called.
+        signature: the signature.
         loaders: load the compiled code for one state.
-        fallback: takes what the code does not settle.
+        fallback: called if the code does not return 0.
 
     Returns:
-        The function: given inputs and `out`, then `check`, `threads`, `start` and other inputs as
-        keywords.
+        The function. It takes the given inputs and `out`, and as keywords `check`, `threads`,
+        `start` and other inputs.
 
     Raises:
-        ValueError: an input has a name that Python does not take.
+        ValueError: the name of an input is no Python identifier.
     """
     defaults = {**signature.values, **signature.optional}
     scope: dict[str, Any] = {"empty": np.empty, "fallback": fallback}

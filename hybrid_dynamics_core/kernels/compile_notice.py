@@ -1,8 +1,8 @@
-"""A notice to people who wait for a compiler: after a second of silence, at most once a second.
+"""A notice for users who wait for compilation, after a second and at most once a second.
 
-No line comes twice. It goes to the logger of this module, at level INFO. Where nobody listens
-there, a terminal gets it as a line on stderr. A program whose output goes elsewhere gets none, nor
-does one that finds everything in the cache.
+No line is repeated. It goes to the logger of this module, at level INFO. If this logger has no
+handler, and stderr is a terminal, the line is written there. There is no notice if everything is in
+the cache.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PATIENCE = 1.0  # [s] of compiling, of one program or of several, before a line is written
+PATIENCE = 1.0  # [s] of compilation, of one program or several, before a line is written
 
 _log = logging.getLogger(__name__)
 
 
 class CompileNotice:
-    """How long compiling has gone on in silence."""
+    """Measures the time of compilation since the last line."""
 
     def __init__(self) -> None:
         self._silence = 0.0  # [s]
-        self._labels: set[str] = set()  # that were written
+        self._labels: set[str] = set()  # labels that were written
 
     @contextmanager
     def during(self, label: str) -> Iterator[None]:
-        """Around compiling: writes `label` when it has lasted too long.
+        """A context around compilation, which writes `label` if it takes too long.
 
-        A thread waits, since LLVM cannot be asked.
+        A thread measures the time, since LLVM reports no progress.
         """
         if label in self._labels:  # another part of the same program
             yield

@@ -1,9 +1,9 @@
-"""Exact derivatives of what a program computes: forward differentiation of its graph.
+"""Exact derivatives of a program, by forward differentiation of its graph.
 
-Each node gets its derivatives in the given directions, as further nodes of the same graph.
-Directions in which it does not change are left out, so structural zeros cost nothing. An iteration
-is differentiated as the equations that it solves. With residuals phi(x, p) = 0 it is
-dx = -(d phi/dx)^-1 (d phi/dp) dp, where d phi/dx is the Jacobian that it iterates with.
+Each node gets its derivatives in the given directions, as further nodes of the same graph. Zero
+derivatives are left out, so structural zeros cost nothing. An iteration is differentiated by the
+implicit function theorem. With residuals phi(x, p) = 0, dx = -(d phi/dx)^-1 (d phi/dp) dp, where d
+phi/dx is the Jacobian of the iteration.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _BINARY: Mapping[str, Callable[[Scalar, Scalar], Scalar]] = {
     "div": lambda a, b: a / b,
     "atan2": atan2,
 }
-# slopes that are the same everywhere
+# constant slopes
 _CONSTANT: Mapping[str, tuple[float, float]] = {
     "add": (1.0, 1.0),
     "sub": (1.0, -1.0),
@@ -67,7 +67,7 @@ def jacobian(outputs: Operands, inputs: Operands) -> Rows:
 
 
 def substitute(outputs: Operands, replaced: Mapping[Operand, Scalar]) -> list[Scalar]:
-    """The outputs with input symbols replaced; what does not depend on them stays as it is."""
+    """The outputs with input symbols replaced; nodes that do not depend on them are shared."""
     values: dict[int, Scalar] = {}
     for symbol, value in replaced.items():
         if isinstance(symbol, Symbol):
@@ -89,12 +89,12 @@ def _graph_of(outputs: Operands) -> Graph | None:
 
 
 def evaluate(graph: Graph, outputs: Operands, inputs: Mapping[int, Scalar]) -> list[Scalar]:
-    """The outputs over any scalars, given those of the live input nodes by index."""
+    """Evaluate outputs over any scalars, from values of the live input nodes by index."""
     return _Evaluation(graph, outputs, inputs).values
 
 
 class _Evaluation:
-    """A graph run over scalars."""
+    """Evaluates a graph over scalars."""
 
     def __init__(self, graph: Graph, outputs: Operands, inputs: Mapping[int, Scalar]) -> None:
         self._graph = graph
@@ -198,7 +198,7 @@ class _Tangents:
 
 
 def _slope(op: str, a: Scalar, result: Symbol) -> Scalar:
-    """Derivative of a function of one operand."""
+    """Derivative of a unary operation."""
     if op == "sqrt":
         return 0.5 / result
     if op == "abs":
@@ -208,7 +208,7 @@ def _slope(op: str, a: Scalar, result: Symbol) -> Scalar:
 
 
 def _directions(changes: Sequence[Tangent]) -> set[int]:
-    """Directions in which any of them changes."""
+    """Directions in which any of the tangents is not zero."""
     return set(chain.from_iterable(changes))
 
 
@@ -262,9 +262,9 @@ def _dot(a: Operands, b: Operands) -> Scalar:
 
 
 def _newton_tangents(block: Block, solution: Operands, changes: Sequence[Tangent]) -> list[Tangent]:
-    """Tangents of the outputs of a block that solves equations.
+    """Tangents of the outputs of a Newton block.
 
-    Outputs are the solution, and whether the iteration converged, which has no tangent.
+    Outputs are the solution and the number of iterations, whose tangent is zero.
     """
     result: list[Tangent] = [{} for _ in range(block.outputs)]
     moving = [k for k, change in enumerate(changes) if change]
@@ -285,7 +285,7 @@ def _partials(block: Block, solution: Operands, moving: Sequence[int]) -> tuple[
     """d phi/dx, and d phi/dp of the moving parameters, at the solution."""
     assert block.body is not None  # noqa: S101  only equations have partials
     size, given = block.size, block.arguments[1]
-    graph = Graph()  # of the equations alone: the solution is an input like the parameters
+    graph = Graph()  # of the equations only: the solution is an input like the parameters
     unknowns = [graph.input(0, k) for k in range(size)]
     parameters = [graph.input(1, k) for k in range(len(given))]
     values = block.body(unknowns, parameters)

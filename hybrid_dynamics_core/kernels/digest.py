@@ -1,7 +1,7 @@
-"""A digest of the objects that a program reads: any change of a number, type or order changes it.
+"""Digests of the objects that a program reads: any change of a number, type or order matters.
 
-Names out of a description count like everything else that can be reached. The code of functions and
-classes is not read here: it must be part of `formula_code.PLACES`, whose digest stands for it.
+All reachable objects are included, also names of a description. The code of functions and classes
+is not read: it must be part of `formula_code.PLACES`, which has a digest of its own.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ import numpy as np
 from ..ground.lazy import lazy
 from .formula_code import decides_formulas
 
-_LIBRARIES = ("builtins", "numpy")  # their versions are part of every key
+_LIBRARIES = ("builtins", "numpy")  # covered by their versions, which are part of every key
 
 
 class NoDigestError(TypeError):
-    """Content does not tell an object apart from others: what is made from it is not kept."""
+    """An object is not identified by its content, so results that depend on it are not cached."""
 
 
 def digest(thing: object) -> str:
-    """Hexadecimal digest of an object and of all that it holds.
+    """Hexadecimal digest of an object and all objects that it refers to.
 
     Raises:
-        NoDigestError: for an object, a class or a function whose content does not identify it.
+        NoDigestError: an object, class or function is not identified by its content.
     """
     writer = _Writer()
     writer.add(thing)
@@ -41,12 +41,12 @@ def digest(thing: object) -> str:
 
 
 class _Writer:
-    """Feeds a hash; an object met twice is named by the place of its first meeting: cycles end."""
+    """Feeds a hash. A repeated object is replaced by the index of its first occurrence."""
 
     def __init__(self) -> None:
         self.hash = hashlib.sha256()
         self._places: dict[int, int] = {}
-        self._objects: list[object] = []  # ids stay unique only while the objects live
+        self._objects: list[object] = []  # keeps objects alive, so that ids stay unique
 
     def put(self, kind: str, content: bytes = b"") -> None:
         self.hash.update(f"{kind}:{len(content)}:".encode())
@@ -81,7 +81,7 @@ class _Writer:
             self.add(entry)
 
     def _put_value(self, thing: object) -> bool:
-        """Put what holds no other objects; whether it was such a thing."""
+        """Write an object without references to others; returns whether it was one."""
         if isinstance(thing, Enum):
             self.put("enum", f"{_name(type(thing))}.{thing.name}".encode())
         elif thing is None or isinstance(thing, (bool, int, str, bytes, PurePath)):
@@ -100,7 +100,7 @@ class _Writer:
         return True
 
     def _put_function(self, function: FunctionType) -> None:
-        """Name, instructions, and what it holds from around it."""
+        """Write name, instructions, defaults and closure of a function."""
         _require_formula(function)
         self.put("function", f"{function.__module__}.{function.__qualname__}".encode())
         self._put_code(function.__code__, function.__doc__)
@@ -109,7 +109,7 @@ class _Writer:
         self.add(function.__kwdefaults__)
 
     def _put_code(self, code: CodeType, docstring: str | None = None) -> None:
-        """Instructions: they tell apart what has one name, such as the lambdas of a function."""
+        """Write instructions, which distinguish functions of one name, such as lambdas."""
         self.put("code", code.co_code)
         for names in (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars):
             self.put("names", " ".join(names).encode())
@@ -117,7 +117,7 @@ class _Writer:
             if isinstance(value, CodeType):
                 self._put_code(value)
             elif value != docstring:
-                # a digest by itself: which constants are one object differs between processes
+                # a digest of its own, since the identity of constants differs between processes
                 self.put("constant", digest(value).encode())
 
     def _put_object(self, thing: object) -> None:

@@ -1,4 +1,4 @@
-"""Python source from a trace, for many states: one NumPy call an operation, in reused memory."""
+"""NumPy source from a trace, for many states: one call per operation, with reused memory."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _UNARY = {"neg", "sin", "cos", "sqrt", "abs", "rint"}
 
 
 class _Rows:
-    """Statements for the live nodes; a row of scratch is free after the last use of its values."""
+    """Statements for the live nodes, with allocation of rows of scratch memory."""
 
     def __init__(self, trace: Trace) -> None:
         self.trace = trace
@@ -48,7 +48,7 @@ class _Rows:
             operands = [self._operand(a)]
             if op not in _UNARY:
                 operands.append(self._operand(b))
-            for x in self.trace.graph.operands(index):  # a result may lie where an operand lay
+            for x in self.trace.graph.operands(index):  # a result may reuse the row of an operand
                 self._release(x, index)
             name = self._outputs.get(index) or self._row()
             self._names[index] = name
@@ -74,12 +74,12 @@ class _Rows:
         return self._free.pop()
 
     def value(self, x: Operand) -> str:
-        """Name of a node's values, or a number."""
+        """Name of a node's array, or a number."""
         return self._names[x.index] if isinstance(x, Symbol) else repr(float(x))
 
 
 def _output_rows(trace: Trace) -> dict[int, str]:
-    """The name of the first output that each node is."""
+    """For each node that is an output, the name of its first output."""
     names: dict[int, str] = {}
     for k, output in enumerate(trace.outputs):
         if isinstance(output, Symbol):
@@ -88,7 +88,7 @@ def _output_rows(trace: Trace) -> dict[int, str]:
 
 
 def _last_uses(trace: Trace) -> dict[int, int]:
-    """The last node that uses each; what a check looks at stays to the end."""
+    """For each node, the last one that uses it; values of checks are kept to the end."""
     last: dict[int, int] = {}
     for index in trace.live:
         for x in trace.graph.operands(index):
@@ -102,8 +102,8 @@ def _last_uses(trace: Trace) -> dict[int, int]:
 def emit_columns(trace: Trace) -> str:
     """The source of `kernel(a0, a1, ..., scratch, out, status)`.
 
-    Inputs come by component; `out` (outputs, N) and `status` (N,) are filled. `ROWS` says how many
-    rows of N numbers the scratch needs.
+    Inputs are arrays of components; `out` (outputs, N) and `status` (N,) are filled. `ROWS` is the
+    number of rows of N numbers in `scratch`.
     """
     rows = _Rows(trace)
     arguments = ", ".join(f"a{v}" for v in range(len(trace.inputs)))
@@ -117,7 +117,7 @@ def emit_columns(trace: Trace) -> str:
         if name != f"o{k}":
             lines.append(f"o{k}[:] = {name}")
     lines.append("status[:] = 0")
-    for check in reversed(trace.checks):  # the first check that fails names the status
+    for check in reversed(trace.checks):  # the first failed check decides the status
         fails = f"logical_not(greater({rows.value(check.value)}, {check.threshold!r}))"
         lines.append(f"status[{fails}] = {check.code}")
     return f"ROWS = {rows.rows}\n" + emit_bodies(trace) + "\n    ".join(lines) + "\n"

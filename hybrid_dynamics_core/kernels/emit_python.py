@@ -1,6 +1,6 @@
 """Python source from a trace, for one state.
 
-It holds numbered variables and numbers, never a name out of a file.
+It has numbered variables and numbers only, and no names of a file.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _CALLS = {
     "rint": "rint",
     "atan2": "atan2",
 }
-_DEPTH = 12  # nesting of brackets in one statement: readable, and far below the parser's limit
+_DEPTH = 12  # nesting of brackets in a statement, far below the parser's limit
 
 
 @dataclass
@@ -31,7 +31,7 @@ class _Term:
 
 
 class _Body:
-    """Statements that compute the live nodes; a node used once is written inside its user."""
+    """Statements for the live nodes; a node that is used once is inlined."""
 
     def __init__(self, trace: Trace) -> None:
         self.trace = trace
@@ -80,7 +80,7 @@ class _Body:
 
 
 def _uses(trace: Trace) -> Counter[int]:
-    """How often each node is used; a check uses its value twice."""
+    """Number of uses of each node; a check uses its value twice."""
     uses: Counter[int] = Counter()
     for index in trace.live:
         uses.update(trace.graph.operands(index))
@@ -90,7 +90,7 @@ def _uses(trace: Trace) -> Counter[int]:
 
 
 def block_call(trace: Trace, number: int, value: Callable[[Operand], str]) -> str:
-    """Source of a call of the function in `algebra.numerics` that does a block."""
+    """Source of a call of the function in `algebra.numerics` for a block."""
     block = trace.graph.blocks[number]
     vectors = [_list(map(value, vector)) for vector in block.arguments]
     if block.body is None:
@@ -107,9 +107,9 @@ def _function(name: str) -> str:
 
 
 def emit_bodies(trace: Trace) -> str:
-    """Source of what the live blocks iterate.
+    """Source of the functions that the live Newton blocks call.
 
-    Each function takes unknowns and parameters, and gives flat residuals and Jacobian.
+    Each function takes unknowns and parameters, and returns flat residuals and Jacobian.
     """
     text = ""
     for number in trace.live_blocks():
@@ -125,12 +125,12 @@ def emit_bodies(trace: Trace) -> str:
 def emit_scalar(trace: Trace) -> str:
     """The source of `kernel(a0, a1, ...)`.
 
-    It takes sequences of floats, and gives the status (0 is good) and a list of floats.
+    It takes sequences of floats, and returns the status (0 is good) and a list of floats.
     """
     body = _Body(trace)
     arguments = ", ".join(f"a{v}" for v in range(len(trace.inputs)))
     lines = [f"def kernel({arguments}):", *_unpacking(trace), *body.lines, "status = 0"]
-    for check in reversed(trace.checks):  # the first check that fails names the status
+    for check in reversed(trace.checks):  # the first failed check decides the status
         passes = f"{body.value(check.value)} > {check.threshold!r}"
         lines.append(f"if not {passes}: status = {check.code}")
     lines.append(f"return status, {_list(map(body.value, trace.outputs))}")
@@ -138,7 +138,7 @@ def emit_scalar(trace: Trace) -> str:
 
 
 def _unpacking(trace: Trace) -> list[str]:
-    """Statements that name the components of the inputs that are used."""
+    """Statements that unpack the used components of the inputs."""
     used = trace.used_inputs()
     lines = []
     for vector, size in enumerate(trace.inputs):

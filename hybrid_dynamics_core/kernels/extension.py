@@ -1,7 +1,7 @@
-"""A compiled function as a built-in function of Python: the least between a caller and the code.
+"""Compiled functions as built-in functions of Python, with the least overhead.
 
-The code reads arrays where they lie (`ir.entry`). NumPy's binary interface fixes where the fields
-of an array lie; `usable` checks once that it is so here.
+The code reads arrays in place (`ir.entry`). NumPy's binary interface fixes the offsets of an
+array's fields; `usable` checks them once.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ class _Definition(ctypes.Structure):
 
 
 class _Self(np.ndarray):
-    """The addresses that the code compares with; keeps alive what the function needs."""
+    """The addresses that the code compares with; it keeps the function's objects alive."""
 
     referents: tuple[Any, ...]
 
 
 def header() -> Header:
-    """Where the fields of an array object lie in this Python."""
+    """Offsets of the fields of an array object in this Python."""
     return Header(object.__basicsize__)
 
 
 @cache
 def usable() -> bool:
-    """Whether the fields of arrays lie where the code looks for them."""
+    """Whether the fields of arrays are at the expected offsets."""
     if ctypes.sizeof(ctypes.c_void_p) != 8 or ctypes.sizeof(ctypes.c_int) != 4:
         return False
     where = header()
@@ -56,7 +56,7 @@ def usable() -> bool:
 
 
 def _is_laid_out(array: NDArray[Any], flags: int, where: Header) -> bool:
-    """Whether the fields of an array hold what they should."""
+    """Whether the fields of an array have the expected values."""
     fields = [
         (where.type, ctypes.c_void_p, id(np.ndarray)),
         (where.data, ctypes.c_void_p, array.ctypes.data),

@@ -1,7 +1,7 @@
-"""Digests of the code that kernels are made from, without comments, docstrings and line breaks.
+"""Digests of the source of kernels, without comments, docstrings and line breaks.
 
-`PLACES` is all code that decides a graph of operations or its text. What else the package does,
-such as drawing, changes no kernel. tests/kernels holds the list against the programs' imports.
+`PLACES` is all code that graphs or generated texts depend on. Other code, such as drawing, does not
+change kernels. tests/kernels compares the list with the programs' imports.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ PLACES = (
     "mechanism",
     "programs",
 )
-COMPILER = ("kernels/llvm.py",)  # decides the object code beside the text that it is given
+COMPILER = ("kernels/llvm.py",)  # code that object code depends on, besides the text
 _ROOT = Path(__file__).resolve().parent.parent
 _PREFIXES = tuple(f"{PACKAGE}.{place.removesuffix('.py').replace('/', '.')}" for place in PLACES)
 
 
 class NoSourceError(OSError):
-    """The source of the package is not here, so that nothing says which version this is."""
+    """The source of the package is missing, so its version is unknown."""
 
 
 @cached
@@ -51,7 +51,7 @@ def formula_digest() -> str:
     """Digest of the code of `PLACES`.
 
     Raises:
-        NoSourceError: the source is not here.
+        NoSourceError: the source is missing.
     """
     return _digest_of(PLACES)
 
@@ -63,7 +63,7 @@ def compiler_digest() -> str:
 
 
 def _digest_of(places: Sequence[str]) -> str:
-    """Digest of the syntax. It takes half a second, so it is kept under a digest of the bytes."""
+    """Digest of the syntax; it takes half a second, so it is cached by a digest of the bytes."""
     paths = [path for place in places for path in _files(place)]
     texts = {path.relative_to(_ROOT).as_posix(): path.read_bytes() for path in paths}
     names = [part.encode() for part in ("code", platform.python_version(), *texts)]
@@ -85,7 +85,7 @@ def _files(place: str) -> list[Path]:
 
 
 def syntax(text: bytes) -> str:
-    """A text that comments, docstrings and layout of a source do not change."""
+    """A canonical text of a source, without comments, docstrings and layout."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):

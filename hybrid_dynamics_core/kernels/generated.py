@@ -1,6 +1,6 @@
-"""Kernels as generated Python, a `backend.Backend`: floats for one state, NumPy for many.
+"""The backend of generated Python: floats for one state, NumPy for many.
 
-Needs no compiler.
+It needs no compiler.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .status import GOOD, NOT_FINITE, NOT_TAKEN
 from .trace import Trace
 
 NAME = "python"
-# states worked at once: fewer, and the calls of NumPy count; more, and the rows leave the cache
+# states per call: with fewer, NumPy's overhead counts; with more, rows leave the cache
 BLOCK = 8192
 
 _FLOAT64 = np.dtype(np.float64)
@@ -42,7 +42,7 @@ def _rint(x: float) -> float:
 
 
 def _atan2(y: float, x: float) -> float:
-    # NumPy's: math.atan2 may differ in the last bit, and so would one state from many
+    # NumPy's function: math.atan2 may differ in the last bit, and one state must equal many
     return float(np.arctan2(y, x))
 
 
@@ -81,12 +81,12 @@ _COLUMNS = {
 
 
 def identity() -> list[str]:
-    """Everything outside program and package that facts and text depend on."""
+    """All conditions outside of program and package that facts and text depend on."""
     return [NAME, platform.python_version(), np.__version__]
 
 
 def conditions() -> list[str]:
-    """Which Python can load the code."""
+    """The Python version that can load the code."""
     return [NAME, sys.version]
 
 
@@ -97,12 +97,12 @@ def source(trace: Trace, form: Form) -> Source:
 
 
 def build(source: Source) -> bytes:
-    """The bytecode of the source: compiling it would hold up all threads of who loads it."""
+    """The bytecode of the source, since compilation would block all threads of a reader."""
     return marshal.dumps(compile(source.text, "<kernel>", "exec"))
 
 
 def load(artifact: Artifact) -> Callable[..., int]:
-    """The function in a source, called with arrays as the compiled ones are."""
+    """The function of an artifact, with the interface of compiled code."""
     code: CodeType = marshal.loads(artifact.code)  # noqa: S302  of a folder of this user alone
     is_columns = "ROWS" in code.co_names
     scope: dict[str, Any] = dict(_COLUMNS if is_columns else _SCALAR)
@@ -132,7 +132,7 @@ class SingleState:
         self._shapes = [*inputs, *outputs]
 
     def __call__(self, *arrays: Array) -> int:
-        """The status; `NOT_TAKEN` also where a division by zero is left to NumPy."""
+        """The status; `NOT_TAKEN` also on a division by zero, which NumPy then handles."""
         if not self._takes(arrays):
             return NOT_TAKEN
         given, outs = arrays[: self._count], arrays[self._count :]
@@ -145,7 +145,7 @@ class SingleState:
             total = sum(values) + sum(sum(inputs[v]) for v in self._read)
             status = GOOD if math.isfinite(total) else NOT_FINITE
         if status != GOOD and _share_memory(given, outs):
-            return NOT_TAKEN  # the caller reads the inputs again where there is no answer
+            return NOT_TAKEN  # the caller then reads the inputs again
         start = 0
         for out in outs:
             out[...] = np.reshape(values[start : start + out.size], out.shape)
@@ -165,7 +165,7 @@ def _share_memory(inputs: Sequence[Array], outs: Sequence[Array]) -> bool:
 class StateBatch:
     """Calls a function of columns with arrays.
 
-    They are the inputs (size,) or (N, size), the outputs (N, *shape) and the status (N,).
+    Arguments are inputs (size,) or (N, size), outputs (N, *shape) and the status (N,).
     """
 
     def __init__(self, kernel: Callable[..., None], rows: int, facts: dict[str, Any]) -> None:
@@ -241,7 +241,7 @@ def path(one: Callable[..., int], count: int, *arrays: Any) -> int:
 
 
 def _columns(array: Array, rows: slice, count: int) -> Array:
-    """Components by row; those that all states share are not repeated in memory."""
+    """Components by row; vectors shared by all states are broadcast without a copy."""
     if array.ndim == 1:
         return np.broadcast_to(array[:, None], (len(array), count))
     return np.ascontiguousarray(array[rows].T)

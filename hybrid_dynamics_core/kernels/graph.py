@@ -1,8 +1,8 @@
-"""The graph of elementary operations that a program leaves when it runs on symbols.
+"""The graph of elementary operations that a program records when it runs on symbols.
 
-Equal operations are one node, and constants are folded. A product with the constant 0 is the
-constant 0, so the structural zeros of a mechanism never reach the generated code. Nothing here
-knows robots.
+Equal operations share a node, and constants are folded. A product with the constant 0 is the
+constant 0, so structural zeros do not reach the generated code. This module does not depend on
+robots.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Union
 
 Operand = Union["Symbol", float]
 Body = Callable[[Sequence[Any], Sequence[Any]], list[Any]]
-# operation, operands: node index (int) or constant (float)
+# (operation, operands); an operand is a node index (int) or a constant (float)
 Key = tuple[str, int | float, int | float]
 _COMMUTATIVE = ("add", "mul")
 
@@ -24,10 +24,10 @@ class Block:
     """An operation on vectors: the inverse of a matrix, or Newton's iteration.
 
     Attributes:
-        kind: name of the function of `algebra.numerics` that does it.
+        kind: name of its function in `algebra.numerics`.
         size: rows of the matrix, or number of unknowns.
         arguments: vectors of operands.
-        body: what Newton iterates, unknowns and parameters in; None for an inverse.
+        body: function of unknowns and parameters that Newton's method calls; None for an inverse.
     """
 
     kind: str
@@ -39,7 +39,7 @@ class Block:
     def outputs(self) -> int:
         """Number of outputs.
 
-        They are the inverse and the determinant, or the solution and the count of iterations.
+        They are the inverse and the determinant, or the solution and the number of iterations.
         """
         count = self.size
         if self.body is None:
@@ -69,7 +69,7 @@ class Graph:
         return Symbol(self, self._node(("input", vector, component)))
 
     def apply(self, op: str, a: Operand, b: Operand = 0.0) -> Symbol:
-        """The symbol of an operation, shared with an equal earlier one."""
+        """The symbol of an operation; an equal earlier one is reused."""
         first, second = _operand(a), _operand(b)
         if op in _COMMUTATIVE and isinstance(first, int) and isinstance(second, int):
             first, second = sorted((first, second))
@@ -97,7 +97,7 @@ class Graph:
         return Symbol(self, self._node(("block", block, k)))
 
     def operands(self, index: int) -> list[int]:
-        """Nodes that a node is computed from."""
+        """Operands of a node that are nodes."""
         op, a, b = self.nodes[index]
         if op == "input":
             return []
@@ -107,13 +107,13 @@ class Graph:
         return [x for x in (a, b) if isinstance(x, int)]
 
     def live(self, roots: Sequence[Operand]) -> list[int]:
-        """The roots and all nodes that they are computed from, in order; without constants."""
+        """The roots and all nodes that they depend on, in order."""
         wanted = bytearray(len(self.nodes))
         for root in roots:
             if isinstance(root, Symbol):
                 wanted[root.index] = True
         last = wanted.rfind(True)
-        for index in range(last, -1, -1):  # what a node is computed from stands before it
+        for index in range(last, -1, -1):  # operands come before their uses
             if wanted[index]:
                 for operand in self.operands(index):
                     wanted[operand] = True
@@ -121,7 +121,7 @@ class Graph:
 
     def _node(self, key: Key) -> int:
         op, a, b = key
-        # node 1 and the number 1.0 compare equal: the kind of each operand is part of the key
+        # node 1 and the constant 1.0 compare equal, so the key has the type of each operand
         full = (op, isinstance(a, int), a, isinstance(b, int), b)
         index = self._index.get(full)
         if index is None:
@@ -139,17 +139,17 @@ def _key_of(x: Operand) -> tuple[bool, int | float]:
 
 
 class Symbol:
-    """A scalar that records what is done to it."""
+    """A scalar that records its operations in a graph."""
 
     __slots__ = ("graph", "index")
-    __array_ufunc__ = None  # NumPy scalars on the left give way
+    __array_ufunc__ = None  # lets NumPy scalars on the left defer to these methods
 
     def __init__(self, graph: Graph, index: int) -> None:
         self.graph = graph
         self.index = index
 
     def _negated(self) -> Symbol | None:
-        """What this is the negative of; None where it is no negative."""
+        """The operand if this is a negation, otherwise None."""
         op, operand, _ = self.graph.nodes[self.index]
         return Symbol(self.graph, int(operand)) if op == "neg" else None
 
@@ -225,7 +225,7 @@ class Symbol:
         return self.reciprocal() * other
 
     def reciprocal(self) -> Operand:
-        """1 / self: one division, however many are divided by it."""
+        """1 / self, shared by all divisions by this symbol."""
         inner = self._negated()
         if inner is not None:
             return -inner.reciprocal()

@@ -1,4 +1,4 @@
-"""LLVM, as llvmlite brings it: text of a module to object code, and that into this process."""
+"""LLVM through llvmlite: compilation of a module's text, and loading of object code."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import platform
 from functools import cache
 from typing import Any
 
-OLDEST = (0, 45)  # the first with LLVM 20, whose text form the emitters write
+OLDEST = (0, 45)  # the first with LLVM 20, whose syntax the emitters write
 
 
 @cache
 def binding() -> Any:
-    """The llvmlite binding, ready for this machine; None where it is missing or too old."""
+    """The llvmlite binding, initialised for this machine; None if it is missing or too old."""
     try:
         import llvmlite  # noqa: PLC0415  optional, and not every use needs it
         import llvmlite.binding as llvm  # noqa: PLC0415
@@ -49,7 +49,7 @@ def versions() -> tuple[str, str]:
 
 @cache
 def processor() -> tuple[str, str]:
-    """Name and features of this machine's processor, as LLVM tells them."""
+    """LLVM's name and features of this machine's processor."""
     llvm = binding()
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
@@ -68,7 +68,7 @@ def _machine(level: int) -> Any:
 
 
 def compile_text(text: str, level: int) -> bytes:
-    """Object code for this processor."""
+    """Compile a module's text to object code for this processor."""
     llvm = binding()
     machine = _machine(level)
     module = llvm.parse_assembly(text)
@@ -86,7 +86,7 @@ def compile_text(text: str, level: int) -> bytes:
 
 
 class Loaded:
-    """Object code in this process; it stays as long as this object."""
+    """Loaded object code, which lives as long as this object."""
 
     def __init__(self, code: bytes) -> None:
         llvm = binding()

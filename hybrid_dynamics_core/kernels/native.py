@@ -1,4 +1,4 @@
-"""Kernels as machine code: a `backend.Backend`."""
+"""The backend of machine code."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .ir.module import Form, module_text
 from .trace import Trace
 
 NAME = "native"
-# of LLVM's optimisation: the graph is in its best form already, and higher levels take longer
+# optimisation level: the graph is optimised already, and higher levels take longer
 LEVEL = 1
-LONG = 250_000  # live nodes from which compiling well would take more than half a minute
+LONG = 250_000  # [live nodes] above this, full optimisation takes more than half a minute
 
 _log = logging.getLogger(__name__)
 
 
 def reason_against() -> str:
-    """Why machine code cannot be made here; empty where it can."""
+    """Why machine code is not available; empty if it is."""
     if llvm.binding() is None:
         return f"llvmlite {'.'.join(map(str, llvm.OLDEST))} or newer is not installed"
     if not extension.usable():
@@ -32,13 +32,13 @@ def reason_against() -> str:
 
 
 def identity() -> list[str]:
-    """Everything outside program and package that facts and text depend on."""
+    """All conditions outside of program and package that facts and text depend on."""
     versions = [platform.python_version(), np.__version__]
     return [*versions, str(LEVEL), str(LONG), *_machine()]
 
 
 def conditions() -> list[str]:
-    """Everything beside text and level that decides the object code."""
+    """All conditions besides text and level that the object code depends on."""
     return [*_machine(), compiler_digest()]
 
 
@@ -68,5 +68,5 @@ def build(source: Source) -> bytes:
 
 
 def load(artifact: Artifact) -> Callable[..., int]:
-    """The function in object code."""
+    """Load the function of object code."""
     return extension.function(llvm.Loaded(artifact.code))

@@ -1,6 +1,6 @@
-"""A program of one robot as functions on arrays: machine code where possible, else Python.
+"""Kernels: programs of one robot as functions on arrays, in machine code or Python.
 
-It is traced, compiled and loaded when first called. What was made is kept on disk (`artifact`).
+A kernel is traced, compiled and loaded at its first call. Code is cached on disk (`artifact`).
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ _MAY_MAKE: ContextVar[bool] = ContextVar("kernels may be made", default=True)
 
 
 class NotStoredError(Exception):
-    """Code would have to be made, where only what is kept on disk may be taken."""
+    """Code is not in the cache, where only cached code is allowed."""
 
 
 @contextmanager
 def stored_only() -> Iterator[None]:
-    """Take code from disk alone, in this thread: what would have to be made raises.
+    """Allow only cached code, in this thread.
 
     Raises:
-        NotStoredError: at the first kernel whose code is not on disk.
+        NotStoredError: a kernel is called whose code is not in the cache.
     """
     token = _MAY_MAKE.set(False)
     try:
@@ -50,10 +50,10 @@ def stored_only() -> Iterator[None]:
 
 
 class Kernel:
-    """A program whose arguments are vectors of given sizes.
+    """A program with input vectors of given sizes.
 
     Attributes:
-        backend: `native` or `python`, what it works with.
+        backend: `native` or `python`.
     """
 
     def __init__(
@@ -63,13 +63,13 @@ class Kernel:
         backend: str | None = None,
         label: str = "a program",
     ) -> None:
-        """Make nothing yet.
+        """Store the arguments; nothing is traced yet.
 
         Args:
-            program: scalars in, named outputs and checks out.
+            program: function from scalars to named outputs and checks.
             sizes: lengths of the input vectors.
-            backend: `native` or `python`; the default of this machine where it is left out.
-            label: what people read while they wait for its compilation.
+            backend: `native` or `python`; None for the default of this machine.
+            label: its name in messages while it is compiled.
         """
         self._program, self._label = program, label
         self._sizes = tuple(sizes)
@@ -82,14 +82,15 @@ class Kernel:
 
     @lazy
     def one(self) -> Callable[..., int]:
-        """One state: inputs (size,), then named outputs, which are filled; a status code."""
+        """The function of one state: inputs (size,), then outputs to fill; returns a status."""
         return self._load("one")
 
     @lazy
     def rows(self) -> Callable[..., int]:
-        """Many states: inputs (size,) or (N, size), then what is filled.
+        """The function of many states.
 
-        That is the outputs (N, *shape) and the status (N,) int64. The answer is 0 or `NOT_TAKEN`.
+        It takes inputs (size,) or (N, size), and fills outputs (N, *shape) and the int64 status
+        (N,). It returns 0 or `NOT_TAKEN`.
         """
         return self._load("rows")
 
@@ -102,7 +103,7 @@ class Kernel:
 
     @lazy
     def facts(self) -> dict[str, Any]:
-        """What is known of the program without running it: see `artifact.facts_of`."""
+        """Facts of the program, see `artifact.facts_of`."""
         for form in _FORMS:
             stored = self._stored(form)
             if stored is not None:
@@ -135,11 +136,11 @@ class Kernel:
         return results, np.array(self.fill_one(arguments, [*results.values()]))
 
     def fill_one(self, arguments: Sequence[Array], outs: Sequence[Array]) -> int:
-        """Fill the outputs of one state from any arrays of the right sizes; the status."""
+        """Fill the outputs of one state from any arrays of the right sizes; returns the status."""
         status = self.one(*arguments, *outs)
         if status != NOT_TAKEN:
             return status
-        # as another process sent them: equal in type, but not of the very type object
+        # arrays from another process have an equal dtype, but not the same dtype object
         status = self.one(*[a.astype(np.float64) for a in arguments], *outs)
         if status != NOT_TAKEN:
             return status
@@ -156,10 +157,10 @@ class Kernel:
             arguments: input vectors (size,) or (N, size).
             outs: (N, *shape) each, filled.
             codes: status (N,), filled.
-            threads: how many threads share the states.
+            threads: number of threads.
 
         Raises:
-            ValueError: the shapes are not those of the program.
+            ValueError: a shape is wrong.
         """
         if in_parts(self.rows, arguments, [*outs, codes], threads) == NOT_TAKEN:
             plain = [np.require(a, np.float64, ["C", "A"]).view(np.ndarray) for a in arguments]
@@ -224,7 +225,7 @@ class Kernel:
 
 
 def default_backend() -> str:
-    """`native` where machine code can be made and is not switched off, otherwise `python`."""
+    """`native` if machine code is available and not switched off, otherwise `python`."""
     setting = os.environ.get(VARIABLE, "").strip().lower()
     if setting == generated.NAME or native.reason_against():
         return generated.NAME

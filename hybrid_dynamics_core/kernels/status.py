@@ -4,11 +4,11 @@ They are zero or negative: the checks of a program have positive codes.
 """
 
 GOOD = 0
-# The state closes, but not on a smooth way from the start. Continuation gives it, no kernel does.
+# The state closes, but not continuously from the start. Continuation sets it, no kernel does.
 JUMP = -1
 # An input or a result is not a finite number.
 NOT_FINITE = -2
-# A compiled function was called with arrays of another kind. Nothing was computed.
+# A compiled function was called with unsuitable arrays. Nothing was computed.
 NOT_TAKEN = -3
 # M-bar is singular: some motion of the active joints moves no mass.
 MASS_SINGULAR = -4

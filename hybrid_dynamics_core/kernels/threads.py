@@ -1,4 +1,4 @@
-"""Many states in parts on several threads; compiled kernels let them run at the same time."""
+"""Computation of many states on several threads; compiled kernels release the GIL."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
 
-# parts for each thread, taken as it gets free: a core that is held up does not hold up the others
+# parts per thread, taken as threads become free, so that a slow core does not delay the others
 SHARES = 8
-PART = 64  # a part is a multiple of this: what compiled kernels work on at a time
+PART = 64  # sizes of parts are multiples of this, the block size of compiled kernels
 
 
 @cache
@@ -28,14 +28,14 @@ def in_parts(
     """Call a function of rows on parts of them.
 
     Args:
-        function: takes inputs and outs; 0 where all is well.
-        inputs: arrays of rows; those of `shared` dimensions go to all parts.
+        function: called with inputs and outs; it returns 0 on success.
+        inputs: arrays of rows; those with `shared` dimensions are passed to all parts.
         outs: arrays of rows, filled.
-        threads: how many threads work at a time.
-        shared: dimensions of an input that all rows share.
+        threads: number of threads.
+        shared: number of dimensions of an input that all rows share.
 
     Returns:
-        The first answer that is not 0, or 0.
+        The first result that is not 0, or 0.
     """
     n = len(outs[-1])
     if threads == 1 or n <= PART:
@@ -47,7 +47,7 @@ def in_parts(
         parts = [_rows_of(array, rows, shared) for array in inputs]
         return function(*parts, *(out[rows] for out in outs))
 
-    starts = iter(range(0, n, size))  # one next at a time, as the interpreter has it
+    starts = iter(range(0, n, size))  # `next` is atomic in the interpreter
 
     def work() -> int:
         return _first_failure(map(part, starts))

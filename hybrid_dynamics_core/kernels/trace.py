@@ -1,4 +1,4 @@
-"""Run a program on symbols; keep what its outputs and checks need."""
+"""Tracing: run a program on symbols, and keep what its outputs and checks need."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .graph import Graph, Operand
 
 @dataclass(frozen=True)
 class Check:
-    """The state is refused with `code` unless value > threshold; NaN is refused too."""
+    """A condition value > threshold of good states; others, and NaN, have the status `code`."""
 
     value: Scalar
     threshold: float
@@ -22,10 +22,10 @@ class Check:
 
 @dataclass(frozen=True)
 class Results:
-    """What a program returns.
+    """The results of a program.
 
     Attributes:
-        outputs: by name, a scalar or nested sequences of scalars each.
+        outputs: by name, each a scalar or nested sequences of scalars.
         checks: conditions of a good state.
     """
 
@@ -46,7 +46,8 @@ class Trace:
         outputs: all values, flat and in order.
         layout: names and shapes of the outputs, in order.
         checks: conditions of a good state.
-        name: "0"; for the body of a block the name of its trace, a dot and the block's number.
+        name: "0"; for the body of a block, the name of the outer trace, a dot and the block's
+            index.
     """
 
     graph: Graph
@@ -62,7 +63,7 @@ class Trace:
         return self.graph.live([*self.outputs, *(check.value for check in self.checks)])
 
     def live_blocks(self) -> list[int]:
-        """Numbers of the blocks that outputs or checks depend on, in order."""
+        """Indices of the blocks that outputs or checks depend on, in order."""
         nodes = (self.graph.nodes[i] for i in self.live)
         return sorted({int(a) for op, a, _ in nodes if op == "block"})
 
@@ -93,7 +94,7 @@ def body_name(outer: Trace, number: int) -> str:
 
 
 def trace_body(outer: Trace, number: int) -> Trace:
-    """The function that a Newton block iterates.
+    """Trace the function of a Newton block.
 
     Its inputs are unknowns and parameters, its outputs flat residuals and Jacobian.
     """

@@ -1,1 +1,1 @@
-"""Questions asked of the closed kinematics: poses, ranges, inverse kinematics."""
+"""Closed kinematics: poses, workspaces, inverse kinematics."""

@@ -1,4 +1,4 @@
-"""What inverse kinematics and workspaces need to know of a robot."""
+"""The interface of robots for inverse kinematics and workspaces."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .pose_chain import PoseChain
 
 
 class PoseKernels(Protocol):
-    """Compiled calls from active coordinates straight to a pose."""
+    """Compiled calls from active coordinates to a pose."""
 
     @property
     def pose_and_jacobian(self) -> Callable[..., Any]:
@@ -26,7 +26,7 @@ class PoseKernels(Protocol):
 class ClosedKinematics(Protocol):
     """Closed kinematics of a robot in its active coordinates u (n,) or (N, n).
 
-    `Robot` has all of this. Its docstrings say more.
+    `Robot` implements it, with more detailed docstrings.
     """
 
     @property
@@ -59,7 +59,7 @@ class ClosedKinematics(Protocol):
 
     @property
     def loops(self) -> tuple[str, ...]:
-        """Names of the blocks of loops."""
+        """Names of the loops."""
 
     @property
     def reference(self) -> Array:
@@ -75,11 +75,11 @@ class ClosedKinematics(Protocol):
 
     @property
     def follows(self) -> bool:
-        """Whether some loop has no closed form, so that its mode is that of a state nearby."""
+        """Whether a loop has no closed form, so that its mode follows from a nearby state."""
 
     @property
     def pose_chain(self) -> PoseChain | None:
-        """The end effector's coordinates, where its pose determines them in closed form."""
+        """The end effector's coordinates, if its pose determines them in closed form."""
 
     @property
     def kernels(self) -> PoseKernels:

@@ -1,4 +1,4 @@
-"""How far the end effector can be from the base origin at most, whatever the joints do."""
+"""A bound on the reach of the end effector, for all joint values."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ..algebra.independence import norm
 from ..description.model import Joint
 from .closed_kinematics import ClosedKinematics
 
-Ways = dict[str, list[tuple[str, float]]]  # link -> other link, distance of the origins at most [m]
+Ways = dict[str, list[tuple[str, float]]]  # (other link, largest distance [m])
 
 
 def farthest_reach(robot: ClosedKinematics) -> float:
     """A bound on the distance of the end effector from the base origin [m].
 
-    It is the shortest way over joints and closures with all of it in one line. It is infinite
-    where each way has a slide without limits.
+    It is the length of the shortest path over joints and closures, stretched into a line. It is
+    infinite if every path has a slide without limits.
     """
     description = robot.description
     frame = description.frames[robot.end_effector]
@@ -48,7 +48,7 @@ def _longest_slide(robot: ClosedKinematics, joint: Joint) -> float:
 
 
 def _distances(ways: Ways, start: str) -> dict[str, float]:
-    """Shortest ways to all links (Dijkstra)."""
+    """Shortest paths to all links (Dijkstra)."""
     distances: dict[str, float] = {}
     waiting = [(0.0, start)]
     while waiting:

@@ -1,4 +1,4 @@
-"""Inverse kinematics of one target or of a batch, each row on its own."""
+"""Inverse kinematics of one target or a batch of independent targets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .pose import Pose
 
 @dataclass(frozen=True, eq=False)
 class IKBatch(IKResult):
-    """Outcome of inverse kinematics for N targets: N of everything that an `IKResult` has.
+    """Results of inverse kinematics for N targets, with the fields of `IKResult`.
 
     Attributes:
         u: active coordinates (N, n) [rad, m].
@@ -31,7 +31,7 @@ class IKBatch(IKResult):
         branch: assembly modes at each row.
         state: a batch of N; rows that do not close are NaN, and their `status` says why.
         solutions: those of each row.
-        message: why the solver stopped, in words, of each row.
+        message: why the solver stopped, as text, for each row.
         redundant: coordinates that the target of each row does not determine.
         iterations: (N,).
         position_error: (N,) [m].
@@ -54,7 +54,7 @@ class IKBatch(IKResult):
 
     @property
     def solved(self) -> NDArray[np.bool_]:
-        """Which rows reached their target (N,)."""
+        """Mask (N,) of rows that reached their target."""
         return np.array([result.status is IKStatus.SOLVED for result in self.results])
 
 
@@ -67,19 +67,19 @@ def inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     near: ClosedState | None,
     tolerance: float,
 ) -> IKResult:
-    """The outcome for one target, or an `IKBatch` for N of them.
+    """The result for one target, or an `IKBatch` for N targets.
 
     Args:
-        robot: whose end effector is to reach the target.
-        target: position (3,) or (N, 3) [m], or a Pose of as many.
+        robot: the robot.
+        target: position (3,) or (N, 3) [m], or a Pose of one or N.
         seed: active coordinates (n,) or (N, n) to start from [rad, m].
         all_solutions: whether to search for all solutions.
-        mask: which of x, y, z and the rotation about x, y, z count.
+        mask: selects x, y, z and the rotation about x, y, z.
         near: closed state whose assembly modes are kept, one or one for each target.
         tolerance: residual [m] below which a target counts as reached.
 
     Raises:
-        InputError: an argument cannot be used; in a batch the message begins with the row.
+        InputError: an argument is wrong; in a batch the message begins with the row.
     """
     targets = _rows_of(target)
     if targets is None:
@@ -102,7 +102,7 @@ def inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
 
 
 def _rows_of(target: ArrayLike | Pose) -> list[Array | Pose] | None:
-    """The targets of a batch; None for one target, or what is none."""
+    """The targets of a batch; None for a single target or a wrong type."""
     if isinstance(target, Pose):
         position = np.asarray(target.position)
         rotation = np.asarray(target.rotation)
@@ -118,7 +118,7 @@ def _rows_of(target: ArrayLike | Pose) -> list[Array | Pose] | None:
 
 
 def _seeds(seed: ArrayLike | None, count: int) -> list[Array | None]:
-    """Where each row starts."""
+    """The seed of each row."""
     if seed is None:
         return [None] * count
     values = real_array("seed", seed)
@@ -130,7 +130,7 @@ def _seeds(seed: ArrayLike | None, count: int) -> list[Array | None]:
 
 
 def _starts(near: ClosedState | None, count: int) -> list[ClosedState | None]:
-    """The state that each row comes from."""
+    """The state `near` of each row."""
     if not isinstance(near, ClosedState) or near.u.ndim == 1:
         return [near] * count
     length = len(near.u)

@@ -1,7 +1,7 @@
 """Damped least squares over the active coordinates, from several starts at once.
 
-The Jacobian is the closed mechanism's. So the loops stay closed in every iterate, and the assembly
-modes are kept.
+The Jacobian is that of the closed mechanism. So the loops stay closed in every iterate, and the
+assembly modes do not change.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-12, 1e6
 # after a step that gains, and after one that does not, times so much
 RELAXED, DAMPED = 0.1, 8.0
 STARTS = 64
-# share of the cost: a step that gains less hardly comes nearer
+# share of the cost: a step with a smaller decrease makes no progress
 CREEP = 1e-6
-# so many such steps in a row say that there is no more to gain
+# number of consecutive steps without progress at which a start ends
 PATIENCE = 8
 
 
 class IKStatus(Enum):
-    """What is known of a target.
+    """Outcome of inverse kinematics for a target.
 
-    OUT_OF_REACH is proven: by a closed form that finds every solution, by the lengths of the
-    links, or since no active joint moves what is missing. LIMIT is a solution beyond limits, where
-    none was met within them. NOT_FOUND is no proof: all starts of the search ended elsewhere.
+    OUT_OF_REACH is proven by a closed form that finds every solution, by the lengths of the links,
+    or because no active joint moves a missing coordinate. LIMIT means that a solution was found
+    only beyond the limits. NOT_FOUND is no proof: all starts of the search ended elsewhere.
     """
 
     SOLVED = "solved"
@@ -51,15 +51,15 @@ class IKStatus(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A target, and which of its coordinates count.
+    """A target, and the coordinates of it to reach.
 
     Attributes:
-        solve_terms: gives for u (N, n) the position (N, 3), rotation (N, 3, 3), Jacobian (N, 6, n)
-            and status (N,) of the end effector; for u (n,) the same without N.
-        position: of the target (3,) in the base frame [m].
-        rotation: of the target (3, 3) in the base frame.
-        rows: which of x, y, z and the rotation vector's three parts count, all in base axes.
-        length: weighs a radian against metres [m].
+        solve_terms: function from u (N, n) to position (N, 3), rotation (N, 3, 3), Jacobian
+            (N, 6, n) and status (N,) of the end effector; from u (n,), the same without N.
+        position: target position (3,) in the base frame [m].
+        rotation: target rotation (3, 3) in the base frame.
+        rows: indices among x, y, z and the three components of the rotation vector, in base axes.
+        length: metres per radian of a rotation error [m].
         lower: lower limits (n,) of the active coordinates [rad, m].
         upper: upper limits (n,) of the active coordinates [rad, m].
     """
@@ -110,13 +110,13 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where each start ended.
+    """The result of the descent from each start.
 
     Attributes:
         u: active coordinates (N, n) [rad, m].
         residual: root of the sum of the squares of the error (N,) [m]; infinite if not closed.
-        settled: whether progress had ended (N,), and not the iterations.
-        iterations: of the slowest start.
+        settled: mask (N,) of starts that ended for lack of progress, not of iterations.
+        iterations: number of iterations of the slowest start.
     """
 
     u: Array
@@ -128,13 +128,13 @@ class Descent:
 def descend(
     task: Task, starts: Array, tolerance: float, max_iterations: int = MAX_ITERATIONS
 ) -> Descent:
-    """Levenberg-Marquardt on every start; steps that open a loop or leave the limits are shortened.
+    """Levenberg-Marquardt from every start, with steps shortened at limits and open loops.
 
     Args:
-        task: what to reach.
+        task: the target.
         starts: active coordinates (N, n) to start from [rad, m].
-        tolerance: a start whose residual is below it ends with the first step that does not gain.
-        max_iterations: after which all starts end.
+        tolerance: a start with a residual below it ends at the first step without progress.
+        max_iterations: largest number of iterations.
     """
     u = np.clip(starts, task.lower, task.upper)
     error, jacobian, closed = task.error(u)
@@ -170,7 +170,7 @@ def descend(
 
 
 def _cost(error: Array, closed: Mask) -> Array:
-    """Sum of the squares of the error (N,), infinite where a loop is open."""
+    """Squared norm of the error (N,); infinite where a loop is open."""
     cost = np.einsum("ni,ni->n", error, error)
     return np.where(closed, cost, np.inf)
 
@@ -181,7 +181,7 @@ def _at_limits(
     jacobian: Array,
     error: Array,
 ) -> Mask:
-    """Coordinates at a limit that the error pushes further out (N, n). No step moves them."""
+    """Mask (N, n) of coordinates at a limit that the error pushes outward; steps keep them."""
     push = np.einsum("nij,ni->nj", jacobian, error)
     at_lower = (u <= task.lower) & (push < 0.0)
     at_upper = (u >= task.upper) & (push > 0.0)
@@ -208,7 +208,7 @@ def starts_within(
     revolute: Sequence[bool],
     count: int,
 ) -> Array:
-    """Starts (count, n) that fill the limits, always the same ones.
+    """Starts (count, n) that fill the limits evenly, the same in every call.
 
     An unlimited angle counts as one turn, an unlimited length goes from -1 m to 1 m.
     """
@@ -230,7 +230,7 @@ def distinct(
     revolute: Mask,
     tolerance: float,
 ) -> list[Array]:
-    """Solutions that differ by more than the tolerance, angles compared modulo a turn."""
+    """Solutions without duplicates up to a tolerance; angles are compared modulo a turn."""
     result: list[Array] = []
     for u in solutions:
         differences = [_difference(u, other, revolute) for other in result]
@@ -252,6 +252,6 @@ def unwound(
     lower: Array,
     upper: Array,
 ) -> Array:
-    """Full turns taken out of unlimited angles: each is within pi of `near`."""
+    """u with unlimited angles reduced by whole turns to within pi of `near`."""
     unlimited = revolute & ~np.isfinite(lower) & ~np.isfinite(upper)
     return np.where(unlimited, near + _difference(u, near, revolute), u)

@@ -1,4 +1,4 @@
-"""What remains to a target, and why it was not reached."""
+"""Remaining error to a target, and the reason why it was not reached."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from .farthest import farthest_reach
 from .ik_descent import Descent, IKStatus, Mask, Task, distinct, unwound
 from .ik_problem import SAME, IKProblem, is_revolute
 
-# distance to a singularity, and to the target in lengths: from there on EDGE hides what remains
+# distances to a singularity, and to the target in lengths, below which EDGE hides the error
 AT_TOGGLE = 2e-3
-NEGLIGIBLE = 1e-6  # [m or rad] what remains below it counts as nothing
-RESTARTS = 16  # starts of a search for less, beside the ends of the search for all
-NEAREST = 8  # ends of the search that a search beyond the limits starts from
-STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
+NEGLIGIBLE = 1e-6  # [m or rad] a smaller remaining error counts as zero
+RESTARTS = 16  # further starts of a search for fewer coordinates
+NEAREST = 8  # best ends of a search from which a search beyond the limits starts
+STILL = 1e-9  # share of the largest Jacobian entry below which a coordinate does not move
 AXES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 ALL_ROWS = tuple(range(len(AXES)))
 
 
 class RemainingError(NamedTuple):
-    """What remains to a target.
+    """Remaining error to a target.
 
     Attributes:
-        position: distance [m], NaN where no position counts.
-        angle: angle [rad], NaN where no rotation counts.
+        position: distance [m]; NaN if no position is selected.
+        angle: angle [rad]; NaN if no rotation is selected.
     """
 
     position: float
@@ -51,7 +51,7 @@ class RemainingError(NamedTuple):
 
 
 def remaining_error(task: Task, u: Array) -> RemainingError:
-    """What remains at u (n,), in the coordinates that count."""
+    """The remaining error at u (n,), in the selected coordinates."""
     error, _, is_closed = task.error_at(u)
     rotations = np.array(task.rows) > 2
     position, turn = error[~rotations], error[rotations]
@@ -61,7 +61,7 @@ def remaining_error(task: Task, u: Array) -> RemainingError:
 
 
 def _size(error: Array) -> float:
-    """The norm, NaN of nothing."""
+    """The norm; NaN of an empty vector."""
     if not error.size:
         return np.nan
     return float(np.linalg.norm(error))
@@ -70,16 +70,16 @@ def _size(error: Array) -> float:
 def explain_failure(
     problem: IKProblem, descent: Descent, best: int, remaining: RemainingError
 ) -> tuple[IKStatus, str]:
-    """Why a target was not reached.
+    """Explain why a target was not reached.
 
     Args:
         problem: robot and target.
-        descent: where each start ended.
-        best: index of the start that came nearest.
-        remaining: what remains there.
+        descent: ends of the search.
+        best: index of the end nearest to the target.
+        remaining: the remaining error there.
 
     Returns:
-        The status, and the reason in words.
+        The status, and the reason as text.
     """
     u, residual = descent.u[best], float(descent.residual[best])
     if not np.isfinite(residual):
@@ -107,7 +107,7 @@ def explain_failure(
     return IKStatus.NOT_CONVERGED, f"{stopped}{cause}"
 
 
-# -- singular places
+# -- singularities
 
 
 def _toggling_loop(
@@ -115,7 +115,7 @@ def _toggling_loop(
     u: Array,
     residual: float,
 ) -> str | None:
-    """The loop that is singular at u, where u is nearly at the target."""
+    """The loop that is singular at u, if u is almost at the target."""
     state = problem.closed_at(u)
     if state is None or residual >= AT_TOGGLE * problem.task.length:
         return None
@@ -128,9 +128,9 @@ def _toggling_loop(
 
 
 def _solution_beyond_limits(problem: IKProblem, descent: Descent) -> Array | None:
-    """Active coordinates (n,) beyond their limits that would reach the target, or None.
+    """Active coordinates (n,) beyond limits that reach the target, or None.
 
-    Of several those with the fewest beyond, and of these the nearest to the limits.
+    The solution with the fewest coordinates beyond limits is taken, then the nearest to them.
     """
     revolute = is_revolute(problem.robot)
     lower, upper = problem.robot.limits.T
@@ -138,7 +138,7 @@ def _solution_beyond_limits(problem: IKProblem, descent: Descent) -> Array | Non
     if ends is None:
         return None
     solved = problem.solved(ends)
-    # a platform of fewer freedoms is placed as far as it can be
+    # a platform with fewer freedoms reaches the pose only as far as possible
     if not solved.any():
         return None
     middle = 0.5 * (lower + upper)
@@ -159,7 +159,7 @@ def _ends_beyond_limits(
     descent: Descent,
     revolute: Mask,
 ) -> Descent | None:
-    """The solver's ends without the limits of the joints; None where loops are the only limits."""
+    """Ends of a search without joint limits; None if only loops limit the joints."""
     if problem.is_exhaustive:
         n = len(problem.robot.active)
         unlimited = np.tile([-np.inf, np.inf], (n, 1))
@@ -175,14 +175,14 @@ def _ends_beyond_limits(
 
 
 def _wound(u: Array, middle: Array, revolute: Mask) -> Array:
-    """Angles full turns away, as near to the middle of their limits as they can be."""
+    """u with angles moved by whole turns to be nearest to the middle of their limits."""
     unlimited = np.full_like(u, np.inf)
     near = np.where(np.isfinite(middle), middle, 0.0)
     return unwound(u, near, revolute, -unlimited, unlimited)
 
 
 def _exceeded_limits(problem: IKProblem, u: Array) -> str:
-    """'lift: 1.2 rad, limit 0.9 rad' of each of the coordinates that are beyond their limits."""
+    """Text on the coordinates beyond limits, such as 'lift: 1.2 rad, limit 0.9 rad'."""
     robot = problem.robot
     joints = []
     for k, name in enumerate(robot.active):
@@ -195,19 +195,19 @@ def _exceeded_limits(problem: IKProblem, u: Array) -> str:
     return ", ".join(joints)
 
 
-# -- targets that cannot be met
+# -- unreachable targets
 
 
 def _cause(
     problem: IKProblem, descent: Descent, moving: tuple[int, ...], unmoved: Sequence[int]
 ) -> str:
-    """What of the target cannot be met; begins with a semicolon, or is empty.
+    """Text on the coordinates that cannot be reached, after a semicolon; or empty.
 
     Args:
         problem: robot and target.
-        descent: where each start ended.
-        moving: which of the coordinates that count move with the active joints.
-        unmoved: which of them are not met, and moved by no active joint.
+        descent: ends of the search.
+        moving: indices of the selected coordinates that move with the active joints.
+        unmoved: indices of those that are not reached, and that no active joint moves.
     """
     if unmoved:
         axes = " or ".join(AXES[row] for row in unmoved)
@@ -228,7 +228,7 @@ def _cause(
 
 
 def _is_too_far(problem: IKProblem) -> bool:
-    """Whether the links, all in one line, would not reach the position that counts."""
+    """Whether the target position is beyond the reach of the stretched links."""
     rows = [row for row in problem.task.rows if row < 3]
     distance = _size(problem.task.position[rows]) if rows else 0.0
     return distance > farthest_reach(problem.robot) * (1.0 + NEGLIGIBLE)
@@ -239,7 +239,7 @@ def _outcome_of_rows(
     descent: Descent,
     rows: tuple[int, ...],
 ) -> str:
-    """What a search for the other coordinates gives."""
+    """Text on the result of a search for some of the coordinates."""
     if not rows:
         return ""
     reached, remaining = _solve_rows(problem, descent, rows)
@@ -251,9 +251,9 @@ def _outcome_of_rows(
 def _solve_rows(
     problem: IKProblem, descent: Descent, rows: tuple[int, ...]
 ) -> tuple[bool, RemainingError]:
-    """Whether a search for some coordinates reaches them, and what remains.
+    """Whether a search for some coordinates reaches them, and the remaining error.
 
-    It starts at the ends of the search for all, and at some further places.
+    It starts at the ends of the full search, and at some further starts.
     """
     smaller = problem.with_rows(rows)
     starts = smaller.starts
@@ -266,8 +266,8 @@ def _solve_rows(
 
 
 def _moving_rows(problem: IKProblem) -> tuple[int, ...]:
-    """Which of the coordinates that count change with the active joints, anywhere in the limits."""
-    # of all six: of one alone, rounding would count
+    """Indices of the selected coordinates that change with the active joints within limits."""
+    # relative to all six: alone, rounding of one would count as motion
     every = problem.with_rows(ALL_ROWS)
     _, jacobian, closed = every.task.error(every.starts)
     entries = np.abs(jacobian[closed])
@@ -277,7 +277,7 @@ def _moving_rows(problem: IKProblem) -> tuple[int, ...]:
 
 
 def _open_rows(task: Task, u: Array) -> list[int]:
-    """Which of the coordinates that count are not met at u (n,)."""
+    """Indices of the selected coordinates that are not reached at u (n,)."""
     errors, _, _ = task.error_at(u)
     threshold = NEGLIGIBLE * max(task.length, 1.0)
     is_open = np.abs(errors) > threshold

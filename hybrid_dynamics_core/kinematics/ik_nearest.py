@@ -1,4 +1,4 @@
-"""The nearest configuration to a target that is not reached, to the last digits."""
+"""The nearest configuration to a target that is not reached, to full precision."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from ..ground.arrays import Array
 from .ik_descent import Descent, Task, distinct
 from .ik_problem import SAME, IKProblem, is_revolute
 
-CANDIDATES = 4  # ends of the search that are polished
+CANDIDATES = 4  # number of ends of the search to refine
 MAX_ITERATIONS = 300
 OPEN = 1e30  # [m^2] cost of a configuration in which a loop is open
-FLAT = 1e-13  # gradient, relative to the length of the task, that counts as zero
+FLAT = 1e-13  # gradient over the length of the task that counts as zero
 
 
 def polished(problem: IKProblem, descent: Descent) -> Descent:
-    """Minima near the best ends of a search.
+    """Refine the best ends of a search to minima.
 
-    Damped least squares come to a far target slowly: a method that learns the curvature ends there.
+    Damped least squares converge slowly if the residual is large. A quasi-Newton method finishes
+    here.
 
     Args:
         problem: robot and target.
-        descent: where the search ended.
+        descent: ends of the search.
     """
     order = np.argsort(descent.residual)
     closed = [k for k in order.tolist() if np.isfinite(descent.residual[k])]

@@ -1,7 +1,7 @@
 """Inverse kinematics of one robot and one target.
 
-Solutions come in closed form where the robot has one, otherwise from starts over the limits. The
-loops stay closed on their assembly modes.
+Solutions are computed in closed form if the robot has one, otherwise from starts over the limits.
+The loops stay closed on their assembly modes.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from .ik_descent import MAX_ITERATIONS, STARTS, Descent, Mask, Task, Terms, desc
 from .ik_one_start import descend_from_one
 from .pose import Pose
 
-SOLVED = 1e-9  # residual [m] below which a target counts as reached, if nothing else is asked for
-FURTHER_STARTS = 384  # where a search from `STARTS` starts found nothing
-SAME = 1e-6  # solutions closer than this in every coordinate are one
-EDGE = 1e-7  # share of the range in which a loop closes that is kept clear at both ends
-LEAST_LENGTH = 1e-3  # [m] a radian never weighs less
+SOLVED = 1e-9  # [m] default residual below which a target counts as reached
+FURTHER_STARTS = 384  # number of further starts after a search from `STARTS` failed
+SAME = 1e-6  # solutions closer than this in every coordinate are the same
+EDGE = 1e-7  # margin at both ends of a closing range, as a share of the range
+LEAST_LENGTH = 1e-3  # [m] least weight of a radian
 POSITION_ROWS = (0, 1, 2)
 POSE_ROWS = (0, 1, 2, 3, 4, 5)
 
@@ -50,13 +50,13 @@ class IKProblem:
 
     @property
     def is_exhaustive(self) -> bool:
-        """Whether the closed form finds every solution there is."""
+        """Whether the closed form finds every solution."""
         return self.robot.pose_chain is not None and self.task.rows == POSE_ROWS
 
     def closed_form(self) -> Descent | None:
         """Solutions by the coordinates of the platform.
 
-        None where the end effector has no such coordinates, or no solution is within the limits.
+        None if the end effector has no such coordinates, or no solution is within the limits.
         """
         task = self.task
         if self.robot.pose_chain is None or task.rows not in (POSITION_ROWS, POSE_ROWS):
@@ -94,13 +94,13 @@ class IKProblem:
         return solutions
 
     def descend(self, starts: Array, max_iterations: int = MAX_ITERATIONS) -> Descent:
-        """The damped steps from each of the starts (N, n)."""
+        """Descend from each of the starts (N, n)."""
         if len(starts) == 1:
             return descend_from_one(self.task, starts[0], SOLVED * 1e-3, max_iterations)
         return descend(self.task, starts, SOLVED * 1e-3, max_iterations)
 
     def solved(self, descent: Descent) -> Mask:
-        """Which of the starts reached the target (N,)."""
+        """Mask (N,) of starts that reached the target."""
         reached: Mask = descent.residual < self.tolerance
         return reached
 
@@ -108,8 +108,9 @@ class IKProblem:
     def starts(self) -> Array:
         """Starts (N, n) over the limits.
 
-        Coordinates that the task sees at none of them stay at the start. Where one rotation counts,
-        all three do here: turning about z moves where a turn about y goes.
+        Coordinates without effect on the task keep their value at `start`. If one rotation is
+        selected, all three count here, since a rotation about z changes the axis of the next one
+        about y.
         """
         task = self.task
         if max(task.rows) >= 3:
@@ -125,9 +126,9 @@ class IKProblem:
 
     @property
     def further_starts(self) -> Array:
-        """More starts (N, n) over the limits, where all others failed."""
+        """Further starts (N, n) over the limits, after all others failed."""
         last = FURTHER_STARTS
-        if self.robot.follows:  # each of its states takes many times as long
+        if self.robot.follows:  # its states take many times as long
             last = 2 * STARTS
         return self._starts_between(STARTS, last)
 
@@ -142,12 +143,12 @@ class IKProblem:
         return replace(self, task=task)
 
     def with_rows(self, rows: tuple[int, ...]) -> IKProblem:
-        """The same problem where only these of the six coordinates count."""
+        """The same problem with other rows of the six coordinates selected."""
         task = replace(self.task, rows=rows)
         return replace(self, task=task)
 
     def closed_at(self, u: Array) -> ClosedState | None:
-        """The closed state at u (n,); None where there is none."""
+        """The closed state at u (n,); None if it does not close."""
         try:
             return close(self.robot, u, self.near)
         except StateError:
@@ -162,12 +163,12 @@ def build_problem(
     near: ClosedState | None,
     tolerance: float = SOLVED,
 ) -> IKProblem:
-    """The problem within the robot's limits.
+    """Build the problem, within the robot's limits.
 
     Args:
         robot: whose end effector is to reach the target.
         target: pose in the base frame.
-        rows: which of the six coordinates of the target count.
+        rows: indices of the selected coordinates of the target, of six.
         seed: active coordinates (n,) to start from; those of `near` or the reference if None.
         near: closed state whose assembly modes are kept; the robot's modes if None.
         tolerance: residual [m] below which the target counts as reached.
@@ -198,14 +199,14 @@ def build_problem(
 def close(
     robot: ClosedKinematics, u: Array, near: ClosedState | None, check: bool = True
 ) -> ClosedState:
-    """Close on the modes of `near`, or on the robot's if None."""
+    """Close on the modes of `near`; on those of the robot if None."""
     if near is None or robot.follows:
         return robot.close(u, check=check, near=near)
     return robot.close(u, check=check, branch=near.branch)
 
 
 def inner_limits(robot: ClosedKinematics, limits: Array) -> tuple[Array, Array]:
-    """Lower and upper limits (n,) each, drawn in a little where a loop ends and is singular."""
+    """Lower and upper limits (n,) each, with a margin at singular ends of loops."""
     first, last = robot.closing_range.T
     finite = np.isfinite(robot.closing_range).all(axis=1)
     margin = EDGE * np.where(finite, last - first, 0.0)
@@ -215,13 +216,13 @@ def inner_limits(robot: ClosedKinematics, limits: Array) -> tuple[Array, Array]:
 
 
 def is_revolute(robot: ClosedKinematics) -> Mask:
-    """Which of the active coordinates are angles (n,)."""
+    """Mask (n,) of active coordinates that are angles."""
     revolute = [robot.joint_types[name] == "revolute" for name in robot.active]
     return np.array(revolute)
 
 
 def join_descents(descents: Sequence[Descent]) -> Descent:
-    """The ends of several descents as one."""
+    """Concatenate several descents."""
     return Descent(
         u=np.vstack([descent.u for descent in descents]),
         residual=np.concatenate([descent.residual for descent in descents]),
@@ -238,7 +239,7 @@ def _terms(robot: ClosedKinematics, u: Array) -> Terms:
 
 
 def _terms_near(robot: ClosedKinematics, near: ClosedState, u: Array) -> Terms:
-    """The same on the assembly modes of a closed state."""
+    """As `_terms`, on the assembly modes of a closed state."""
     state = close(robot, u, near, check=False)
     pose = robot.forward_kinematics(state)
     jacobian = robot.jacobian(state)

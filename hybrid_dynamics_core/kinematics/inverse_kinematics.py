@@ -1,4 +1,4 @@
-"""Inverse kinematics: the target is checked, the solver run, its outcome explained."""
+"""Inverse kinematics: checks of the target, solver, and explanation of the result."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from .ik_problem import (
 )
 from .pose import Pose, checked_pose
 
-FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
-UNSOLVED = 1e9  # solutions are sorted by distance to the start, all others after them
+FARTHEST = 1e100  # [m] largest coordinate of a target, so that squares do not overflow
+UNSOLVED = 1e9  # sort key of starts that failed, above all distances of solutions
 INDEPENDENT = 1e-9  # share of the largest singular value of the Jacobian
 Rows = tuple[int, ...]
-LOOSE = 1e-6  # part of a coordinate in a motion that the target does not see
+LOOSE = 1e-6  # least component of a redundant coordinate in a motion without effect on the target
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,20 +41,20 @@ class IKResult:
     """Outcome of inverse kinematics.
 
     Attributes:
-        u: active coordinates (n,) [rad, m]. With another status than SOLVED they are the nearest
+        u: active coordinates (n,) [rad, m]. If the status is not SOLVED, they are the nearest
             found, for inspection only.
         status: why the solver stopped.
-        residual: what the solver makes small [m]: the root of the sum of the squares of
+        residual: the norm that the solver minimises [m]: root of the sum of squares of
             `position_error`, and of `angle_error` times the robot's reach at the start.
         branch: assembly mode of each loop at u, by name.
         state: closed state at u, None if u does not close.
-        solutions: all distinct solutions if asked for, otherwise (u,) or nothing.
-        message: why the solver stopped, in words.
+        solutions: all distinct solutions if requested, otherwise (u,) or empty.
+        message: why the solver stopped, as text.
         redundant: active coordinates that the target does not determine. They stay near the seed.
-        iterations: of the solver.
-        position_error: remaining distance to the target [m], in the coordinates that count. NaN
-            where no position counts, or no start closes.
-        angle_error: remaining angle [rad], likewise.
+        iterations: number of iterations.
+        position_error: remaining distance to the target in the selected coordinates [m]; NaN if
+            none is selected, or no start closes.
+        angle_error: remaining angle in the selected coordinates [rad]; NaN likewise.
     """
 
     u: Array
@@ -82,18 +82,18 @@ def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     """Active coordinates within the limits that bring the end effector to a target.
 
     Args:
-        robot: whose end effector is to reach the target.
+        robot: the robot.
         target: position (3,) [m], or a Pose, in the base frame.
         seed: active coordinates (n,) to start from [rad, m]; those of `near` or the reference if
             None.
         all_solutions: whether to search for all solutions.
-        mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target
-            gives if None.
+        mask: selects x, y, z and the rotation about x, y, z, in base axes; None: all that the
+            target gives.
         near: one closed state whose assembly modes are kept; the robot's modes if None.
         tolerance: residual [m] below which the target counts as reached.
 
     Raises:
-        InputError: an argument cannot be used, or the target is too far away to compute with.
+        InputError: an argument is wrong, or the target is too far away for floats.
     """
     pose, rows = _target(target, mask)
     _check_near(robot, near)
@@ -106,7 +106,7 @@ def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
 
 
 def _solve(problem: IKProblem, all_solutions: bool) -> Descent:
-    """From the start, and where that fails or all solutions are asked for from many more."""
+    """Descend from the start; from many more if that fails or all solutions are requested."""
     descent = problem.closed_form()
     if descent is None or not problem.solved(descent).any():
         descent = problem.descend(problem.start[None])
@@ -123,7 +123,7 @@ def _solve(problem: IKProblem, all_solutions: bool) -> Descent:
 
 
 def _result(problem: IKProblem, descent: Descent, all_solutions: bool) -> IKResult:
-    """The best end, what remains there to the target, and why."""
+    """The result from the best end, with its remaining error and reason."""
     robot, start = problem.robot, problem.start
     solved = problem.solved(descent)
     distances = np.linalg.norm(descent.u - start, axis=-1)
@@ -160,7 +160,7 @@ def _result(problem: IKProblem, descent: Descent, all_solutions: bool) -> IKResu
 
 
 def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Pose, Rows]:
-    """The pose, and which of the six coordinates count."""
+    """The pose, and the indices of the selected coordinates."""
     rows: Rows
     if isinstance(target, Pose):
         pose, rows = checked_pose(target), POSE_ROWS
@@ -231,7 +231,7 @@ def _check_near(robot: ClosedKinematics, near: object) -> None:
 
 
 def _redundant(problem: IKProblem, u: Array) -> tuple[str, ...]:
-    """Coordinates that can move without moving what the task asks for."""
+    """Names of coordinates that can move without effect on the task."""
     _, jacobian, is_closed = problem.task.error_at(u)
     if not is_closed:
         return ()

@@ -1,8 +1,8 @@
-"""Poses and twists of ball and free joints, and their coordinates and rates.
+"""Conversion between poses and twists of ball and free joints and their coordinates and rates.
 
-The pose is that of the child in the joint's frame: the frame where the child stands at zero. The
-twist is linear velocity of the child's origin, then angular velocity, both relative to the parent
-and in the axes of the child, as in nav_msgs/Odometry. A ball joint has the angular part alone.
+The pose is that of the child in the joint frame, which is the child's frame at zero. The twist has
+the linear velocity of the child's origin, then the angular velocity. Both are relative to the
+parent and in child axes, as in nav_msgs/Odometry. A ball joint has only the angular part.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ TWIST = 6
 
 @dataclass(frozen=True, eq=False)
 class FreelyTurning:
-    """A ball or free joint as its coordinates see it.
+    """Coordinates and constant frames of a ball or free joint.
 
     Attributes:
         name: of the joint.
         chart: index of its chart among those of the tree.
-        slides: its three sliding coordinates, none of a ball joint.
+        slides: its three sliding coordinates; empty for a ball joint.
         turns: its three turning coordinates.
-        ways: (3, 3) axes of the slides in the joint's frame, in columns.
-        mount: (3, 3) axes of the turns in the joint's frame, at zero.
-        carried: (3, 3) axes of the turns in the child's frame, where all have been made.
+        ways: (3, 3) axes of the slides in the joint frame, as columns.
+        mount: (3, 3) axes of the turns in the joint frame, at zero.
+        carried: (3, 3) axes of the turns in the child frame, after all turns.
     """
 
     name: str
@@ -52,7 +52,7 @@ class FreelyTurning:
 
         Args:
             s: all coordinates (..., n_s) [rad, m].
-            charts: of all ball and free joints (..., c).
+            charts: charts of all ball and free joints (..., c).
         """
         rotation = self._rotation(s[..., self.turns], charts)
         position = np.zeros(rotation.shape[:-1])
@@ -61,7 +61,7 @@ class FreelyTurning:
         return Pose(position, rotation)
 
     def _rotation(self, angles: Array, charts: Array) -> Array:
-        """Rotation (..., 3, 3) of the child in the joint's frame."""
+        """Rotation (..., 3, 3) of the child in the joint frame."""
         turned = rotation_of(angles, charts[..., self.chart])
         rotation: Array = self.mount @ turned @ self.carried.T
         return rotation
@@ -87,7 +87,7 @@ class FreelyTurning:
         return result
 
     def drift(self, s: Array, ds: Array, charts: Array) -> Array:
-        """V' q' (..., k): what the twist changes by with q'' = 0."""
+        """V' q' (..., k), the rate of the twist at q'' = 0."""
         angles, rates = s[..., self.turns], ds[..., self.turns]
         columns = list(np.moveaxis(rates, -1, 0))
         bias = Turns.at(angles).bias(columns, columns)
@@ -107,7 +107,7 @@ def freely_turning(description: RobotDescription, tree: Tree) -> tuple[FreelyTur
         rows = [description.joints[name] for name in joint.joints]
         carried = rows[-1].rotation.T
         ways = np.eye(3)
-        mount = carried  # at zero the child stands in the joint's frame
+        mount = carried  # at zero the child frame is the joint frame
         if joint.type == "free":
             ways = np.stack([row.axis for row in rows[:3]], axis=-1)
             mount = rows[3].rotation

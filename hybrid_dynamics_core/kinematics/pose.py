@@ -21,11 +21,11 @@ ORTHONORMAL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A frame in the base frame, or a batch of N.
+    """The pose of a frame in the base frame, or a batch of N.
 
     Attributes:
         position: origin of the frame (3,) or (N, 3) [m].
-        rotation: frame coordinates to base coordinates (3, 3) or (N, 3, 3).
+        rotation: from frame coordinates to base coordinates, (3, 3) or (N, 3, 3).
     """
 
     position: Array
@@ -48,7 +48,7 @@ class Pose:
 
     @staticmethod
     def from_quaternion(position: ArrayLike, quaternion: ArrayLike) -> Pose:
-        """From a position and a quaternion.
+        """Make a pose from a position and a quaternion.
 
         Args:
             position: (3,) [m].
@@ -108,7 +108,7 @@ def rotation_vector(rotation: Array) -> Array:
 
 
 def _transform() -> Any:
-    """SciPy's rotations: slow to import, and not every use needs them."""
+    """SciPy's Rotation, imported late since it is slow and rarely needed."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415
 
     return Rotation

@@ -1,8 +1,8 @@
-"""Inverse kinematics in closed form, for slides followed by revolute joints whose axes meet.
+"""Closed-form inverse kinematics of chains of slides, then revolute joints whose axes meet.
 
-The pose of a platform is described by such a chain. Its coordinates follow from the pose, one after
-the other. The legs of the platform follow from them by closure. All vectors are in the frame of the
-base, as they are with all coordinates at zero (product of exponentials).
+Such a chain describes the pose of a platform. Its coordinates follow from the pose one after the
+other, and the legs by closure. All vectors are in the base frame at zero coordinates, as in a
+product of exponentials.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ class PoseChain:
     Attributes:
         slides: coordinates of the slides (k,), in order from the base.
         turns: coordinates of the revolute joints (m,), in order from the base.
-        directions: of the slides (k, 3), base axes.
-        axes: of the revolute joints (m, 3), base axes at zero.
+        directions: axes of the slides (k, 3), base axes.
+        axes: axes of the revolute joints (m, 3) at zero, base axes.
         centre: point (3,) where the axes meet at zero [m].
-        rotation: of the frame (3, 3) at zero.
-        position: of the frame (3,) at zero [m].
+        rotation: rotation of the frame (3, 3) at zero.
+        position: position of the frame (3,) at zero [m].
     """
 
     slides: tuple[int, ...]
@@ -52,9 +52,9 @@ class PoseChain:
         rotation: Array | None,
         seed: Array,
     ) -> list[dict[int, float]]:
-        """Coordinates that bring the frame to a pose, in up to two ways.
+        """Up to two sets of coordinates that bring the frame to a pose.
 
-        The caller has to check them: where the pose cannot be reached, they miss it.
+        The caller must check them, since an unreachable pose is not detected here.
 
         Args:
             position: of the frame (3,) [m].
@@ -75,7 +75,7 @@ class PoseChain:
         position: Array,
         angles: list[float],
     ) -> dict[int, float]:
-        """The coordinates with these angles, and the slides that bring the frame nearest."""
+        """The given angles, and the slides that bring the frame nearest to a position."""
         turned = np.eye(3)
         for axis, angle in zip(self.axes, angles, strict=True):
             turned = turned @ _turn(axis, angle)
@@ -94,7 +94,7 @@ def find_pose_chain(
     frame: Frame,
     size: int,
 ) -> PoseChain | None:
-    """The pose chain of a frame, if its joints are `size` coordinates of that kind; else None."""
+    """The pose chain of a frame, if it has `size` coordinates of this structure; else None."""
     end = tree.body_index(frame.link)
     bodies = [tree.bodies[i] for i in tree.path(end)]
     k = _count_slides(bodies)
@@ -122,9 +122,9 @@ def find_pose_chain(
 
 
 def _count_slides(bodies: Sequence[Body]) -> int | None:
-    """How many slides come first.
+    """The number of slides at the start of a chain.
 
-    None if a slide follows a revolute joint, or there are more than three of a kind.
+    None if a slide follows a revolute joint, or if there are more than three of one type.
     """
     kinds = [body.type for body in bodies]
     k = kinds.count("prismatic")
@@ -136,7 +136,7 @@ def _count_slides(bodies: Sequence[Body]) -> int | None:
 
 
 class _Line(NamedTuple):
-    """A line in base axes: its direction (3,) and one of its points (3,) [m]."""
+    """A line in base axes: direction (3,) and a point (3,) [m]."""
 
     direction: Array
     point: Array
@@ -155,7 +155,7 @@ def _directions(lines: Sequence[_Line]) -> Array:
 
 
 def _some_are_parallel(axes: Array) -> bool:
-    """Whether an axis has the direction of the one before."""
+    """Whether two consecutive axes are parallel."""
     normals = [np.cross(a, b) for a, b in itertools.pairwise(axes)]
     return any(np.linalg.norm(normal) < PARALLEL for normal in normals)
 
@@ -180,7 +180,7 @@ def _meeting_point(lines: Sequence[_Line]) -> Array | None:
 
 
 def _angles(axes: Array, wanted: Array) -> list[list[float]]:
-    """Angles about up to three axes whose turns, one after the other, make a rotation.
+    """Angles about up to three axes whose product of rotations is a given one.
 
     Returns:
         All solutions, up to two; each with an angle [rad] for each axis.
@@ -197,8 +197,8 @@ def _angles(axes: Array, wanted: Array) -> list[list[float]]:
 def _first_angle(axes: Array, wanted: Array) -> float:
     """The angle [rad] about the first of one or two axes.
 
-    The second turn does not move its own axis: `wanted` moves that as the first turn alone does.
-    Where there is no second turn, any vector across the first axis shows the angle.
+    The second rotation does not move its own axis. So `wanted` moves that axis as the first
+    rotation does. Without a second rotation, any vector normal to the first axis shows the angle.
     """
     least = int(np.argmin(np.abs(axes[0])))
     probe = np.eye(3)[least]
@@ -208,10 +208,10 @@ def _first_angle(axes: Array, wanted: Array) -> float:
 
 
 def _three_angles(axes: Array, wanted: Array) -> list[list[float]]:
-    """Angles about three axes whose turns make a rotation; the second has up to two values.
+    """Angles about three axes whose product is a rotation; the second has up to two values.
 
-    The third turn does not move w3: the first two bring it to `goal`. The first turn does not
-    change its component along w1, so the second turn has to give it that.
+    The third rotation does not move w3, so the first two take it to `goal`. The first rotation does
+    not change the component along w1, so the second must produce it.
     """
     w1, w2, w3 = axes
     goal = wanted @ w3
@@ -232,7 +232,7 @@ def _angles_of_component(
 ) -> list[float]:
     """Angles [rad] about w2 at which w3 has a given component along w1: two, or none.
 
-    By the formula of Rodrigues the component is a cos(angle) + b sin(angle) + constant.
+    By Rodrigues' formula the component is a cos(angle) + b sin(angle) + constant.
     """
     constant_part = float((w2 @ w3) * (w1 @ w2))
     a = float(w1 @ w3) - constant_part
@@ -247,7 +247,7 @@ def _angles_of_component(
 
 
 def _between(axis: Array, start: Array, end: Array) -> float:
-    """Angle [rad] about an axis from one vector to another, by their parts across the axis."""
+    """Angle [rad] about an axis from one vector to another, by their components normal to it."""
     a = start - axis * (axis @ start)
     b = end - axis * (axis @ end)
     sine = float(axis @ np.cross(a, b))

@@ -1,4 +1,4 @@
-"""Which active coordinates are sampled for a workspace."""
+"""Sampling of active coordinates for a workspace."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ..ground.suggestions import suggestion
 from ..ground.units import coordinate_unit
 from .closed_kinematics import ClosedKinematics
 
-# of the end effector's distance from the base: how far a slide without limits is taken to go
+# range of a slide without limits, as a share of the end effector's distance from the base
 SLIDE: Final = 0.1
-LEAST_REACH: Final = 1e-3  # [m] that distance is never taken to be less
+LEAST_REACH: Final = 1e-3  # [m] least value of that distance
 
 Ranges = Mapping[str, tuple[float, float]]
 
@@ -30,21 +30,21 @@ def sampled_ranges(
 ) -> tuple[Array, tuple[str, ...]]:
     """Ranges to sample, within the limits.
 
-    Without limits an angle goes one turn about the reference. A slide goes `SLIDE` of the end
-    effector's distance from the base to either side.
+    An angle without limits is sampled over one turn about the reference. A slide without limits is
+    sampled over `SLIDE` times the end effector's distance from the base, to either side.
 
     Args:
-        robot: whose active coordinates are sampled.
-        ranges: narrower ranges by name [rad, m]; the limits where there is none.
-        held: values of coordinates that stay the same, by name [rad, m].
+        robot: the robot.
+        ranges: narrower ranges by name [rad, m]; by default the limits.
+        held: constant coordinates by name [rad, m].
 
     Returns:
-        Ranges (n, 2) [rad, m], of which those of held coordinates begin and end at their value.
-        And the coordinates without limits, whose range was chosen here.
+        Ranges (n, 2) [rad, m], with equal ends for constant coordinates; and the names of
+        coordinates without limits, whose range was chosen here.
 
     Raises:
-        InputError: a range is empty, infinite or outside of the limits; or a coordinate is not
-            active, or its value is not finite.
+        InputError: a range is empty, infinite or outside of the limits, a coordinate is not active,
+            or a value is not finite.
     """
     if ranges is not None:
         require_type("ranges", ranges, Mapping, "{'q1': (0.0, 1.0)}")
@@ -72,7 +72,7 @@ def sampled_ranges(
 
 
 def _limited_ranges(robot: ClosedKinematics, given: set[str]) -> tuple[Array, list[str]]:
-    """The limits, and chosen ranges of coordinates that have none; those given stay as they are."""
+    """The limits, and the names of coordinates without limits, for which ranges are chosen."""
     box = robot.limits.copy()
     assumed = []
     tip = robot.forward_kinematics(robot.close(robot.reference)).position
@@ -112,14 +112,14 @@ def _check_range(
 
 
 def halton_samples(box: Array, count: int, denser: int) -> Array:
-    """Samples (count + denser, n) of ranges: even ones, then such that are denser at the ends.
+    """Samples (count + denser, n) of ranges: evenly distributed ones, then some denser at the ends.
 
-    Reach changes fastest at the ends.
+    Extremes of the workspace are often at the ends.
 
     Args:
         box: ranges (n, 2) [rad, m].
-        count: samples that fill the ranges evenly.
-        denser: samples that are denser at the ends.
+        count: number of evenly distributed samples.
+        denser: number of samples that are denser at the ends.
     """
     from scipy.stats import qmc  # noqa: PLC0415  slow to import
 
@@ -141,17 +141,17 @@ def samples_about(
     count: int,
     seed: int,
 ) -> Array:
-    """Samples (M count, n) about each of the centres (M, n), within ranges.
+    """Samples (M count, n) around centres (M, n), within ranges.
 
-    Samples that leave the ranges are brought back: every other one onto the edge, which may bound
-    the workspace, the others mirrored at it, to look for bounds inside, such as toggle points.
+    Of samples outside the ranges, every second one is moved to the edge, where the workspace may
+    end. The others are mirrored at the edge, to find bounds inside, such as toggle points.
 
     Args:
         centres: active coordinates (M, n) [rad, m].
         box: ranges (n, 2) [rad, m].
-        width: of the neighbourhood, as a share of the ranges.
-        count: samples about each centre.
-        seed: of the random numbers.
+        width: width of the neighbourhood, as a share of the ranges.
+        count: number of samples around each centre.
+        seed: seed of the random numbers.
     """
     n = len(box)
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Where a frame can be, and how near to singular places and limits the robot is there."""
+"""Workspace of a frame by samples, with distances to singularities and limits."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .closed_kinematics import ClosedKinematics
 from .sampling import Ranges, halton_samples, sampled_ranges, samples_about
 
 COUNT: Final = 100_000
-_BATCH: Final = 5_000  # samples that are closed at once
-# The search for the extremes goes on in rounds, about the best samples so far. Its first
-# neighbourhood is that share of the ranges, and each next one that share of the one before.
+_BATCH: Final = 5_000  # samples closed at once
+# The search for extremes samples around the best samples in rounds. The first neighbourhood is
+# _WIDTH, a share of the ranges. Each next one is _SHRINK times the one before.
 _ROUNDS: Final = 26
 _WIDTH: Final = 0.1
 _SHRINK: Final = 0.68
@@ -29,7 +29,7 @@ _TRIALS: Final = 60
 
 
 class SampleStatus(IntEnum):
-    """What became of a sample; the first three are those of `ClosureStatus`."""
+    """Status of a sample; the first three values are those of `ClosureStatus`."""
 
     OK = ClosureStatus.OK
     OPEN = ClosureStatus.UNREACHABLE  # some loop does not close
@@ -39,19 +39,18 @@ class SampleStatus(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Margins:
-    """N samples of the active coordinates, and how near to singular places and limits they are.
+    """N samples of active coordinates, with their distances to singularities and limits.
 
     Attributes:
         u: (N, n) active coordinates [rad or m].
         status: (N,) SampleStatus.
         position: (N, 3) of the frame, base axes [m]; NaN where a loop is open.
-        singularity: (N,) distance of the nearest loop to its singularity as in `ClosedState`, 1 at
+        singularity: (N,) distance of the nearest loop to its singularity, as in `ClosedState`; 1 at
             best.
-        loop: (N,) index of that loop in `robot.loops`, -1 where there is none.
-        limit: (N,) how far the joint nearest to one of its limits is from it, as a share of half
-            its range: 1 in the middle, 0 at the limit, negative beyond; infinite where no joint has
-            two limits.
-        joint: (N,) index of that joint in `robot.coordinates`, -1 where there is none.
+        loop: (N,) index of that loop in `robot.loops`; -1 without loops.
+        limit: (N,) least distance of a joint to its limits, as a share of half its range: 1 in the
+            middle, 0 at the limit, negative beyond; infinite if no joint has two limits.
+        joint: (N,) index of that joint in `robot.coordinates`; -1 if there is none.
     """
 
     u: Array
@@ -63,13 +62,13 @@ class Margins:
     joint: NDArray[np.int64]
 
     def first(self, count: int) -> Margins:
-        """The first samples alone."""
+        """The first `count` samples."""
         columns = [getattr(self, name)[:count] for name in _COLUMNS]
         return Margins(*columns)
 
     @property
     def reachable(self) -> NDArray[np.bool_]:
-        """(N,) whether the loops close with all joints within their limits."""
+        """Mask (N,) of samples that close with all joints within limits."""
         return np.asarray(self.status == SampleStatus.OK)
 
 
@@ -81,14 +80,14 @@ class Workspace:
     """The workspace of a frame, by samples.
 
     Attributes:
-        frame: whose positions they are.
-        ranges: (n, 2) of the active coordinates that were sampled [rad or m]; both ends alike where
-            one was held.
-        assumed: active coordinates without limits, whose range was chosen here.
-        samples: `count` samples that fill the ranges evenly, then half as many that are denser
-            towards their ends, then those of the search for the extremes.
-        count: how many fill the ranges evenly.
-        spread: how many there are before those of the search.
+        frame: name of the frame.
+        ranges: (n, 2) sampled ranges of the active coordinates [rad or m]; equal ends for constant
+            ones.
+        assumed: names of coordinates without limits, whose range was chosen here.
+        samples: `count` evenly distributed samples, then half as many that are denser at the ends
+            of the ranges, then those of the search for extremes.
+        count: number of evenly distributed samples.
+        spread: number of samples before those of the search.
     """
 
     frame: str
@@ -100,15 +99,15 @@ class Workspace:
 
     @property
     def even(self) -> Margins:
-        """The samples that fill the ranges evenly."""
+        """The evenly distributed samples."""
         return self.samples.first(self.count)
 
     @property
     def extents(self) -> Array:
-        """(3, 2) smallest and largest x, y and z of reachable samples, base axes [m]; NaN if none.
+        """(3, 2) bounding box of reachable samples, base axes [m]; NaN if there are none.
 
-        The workspace itself is a little larger: by about 1e-3 of its size, and 1e-2 where it ends
-        at a toggle point.
+        The workspace itself is larger by about 1e-3 of its size, and by 1e-2 where it ends at a
+        toggle point.
         """
         extremes = self.extremes
         if extremes is None:
@@ -128,11 +127,11 @@ class Workspace:
         return np.asarray(rows[ends], dtype=np.int64)
 
     def share(self, status: SampleStatus = SampleStatus.OK) -> float:
-        """The share of the evenly distributed samples of which this became."""
+        """The share of evenly distributed samples with a status."""
         return float((self.even.status == status).mean())
 
     def share_below(self, singularity: float) -> float:
-        """The share of even reachable samples nearer to a singularity than this; NaN if none."""
+        """The share of evenly distributed reachable samples below a distance to singularities."""
         near = self.even.singularity[self.even.reachable]
         if not len(near):
             return math.nan
@@ -156,18 +155,18 @@ def find_workspace(
     shown: bool | None = None,
     held: Mapping[str, float] | None = None,
 ) -> Workspace:
-    """Where a frame can be.
+    """The workspace of a frame.
 
     Args:
-        robot: whose workspace it is.
+        robot: the robot.
         count: samples that fill the ranges evenly.
         frame: name of a frame or link; the end effector if None.
-        ranges: ranges narrower than the limits, by name [rad, m].
-        shown: whether to show progress; on a terminal, if it takes long, if None.
-        held: values of coordinates that stay the same, by name [rad, m].
+        ranges: narrower ranges by name [rad, m].
+        shown: whether to show progress; None: on terminals, for long runs.
+        held: constant coordinates by name [rad, m].
 
     Raises:
-        InputError: count is below 1, or ranges or held coordinates cannot be used.
+        InputError: count is below 1, or a range or constant coordinate is wrong.
     """
     count = integer("count", count)
     box, assumed = sampled_ranges(robot, ranges, held)
@@ -196,10 +195,10 @@ def margins_at(
     u: Array,
     frame: str | None = None,
 ) -> Margins:
-    """Close a batch, and say what became of every sample. A sample that does not close is no error.
+    """Close a batch of samples, and compute their margins; samples that do not close are no error.
 
     Args:
-        robot: whose loops are closed.
+        robot: the robot.
         u: active coordinates (N, n) [rad, m].
         frame: name of a frame or link; the end effector if None.
     """
@@ -223,7 +222,7 @@ def margins_at(
 
 
 def join_margins(parts: Sequence[Margins]) -> Margins:
-    """One after the other."""
+    """Concatenate margins."""
     columns = {}
     for name in _COLUMNS:
         column = [getattr(part, name) for part in parts]
@@ -232,9 +231,9 @@ def join_margins(parts: Sequence[Margins]) -> Margins:
 
 
 def limited_joints(robot: ClosedKinematics) -> dict[str, tuple[float, float]]:
-    """Limits of the joints that have two, narrowed by the strokes of their cylinders [rad, m].
+    """Limits of all joints that have two [rad, m], narrowed by the strokes of their cylinders.
 
-    They may be active or passive.
+    The joints may be active or passive.
     """
     joints = {}
     for name in robot.coordinates:
@@ -265,7 +264,7 @@ def _limit_margins(robot: ClosedKinematics, state: ClosedState) -> tuple[Array, 
 
 
 def _best_samples(samples: Margins) -> NDArray[np.int64]:
-    """Reachable samples with the largest and smallest x, y, z and the smallest singularity."""
+    """Indices of reachable samples with extreme x, y, z, and with the smallest singularity."""
     rows = np.flatnonzero(samples.reachable)
     if not len(rows):
         return rows

@@ -1,1 +1,1 @@
-"""Traces as text of LLVM's intermediate representation; needs no compiler."""
+"""Text in LLVM's intermediate representation from traces; this needs no compiler."""

@@ -1,7 +1,7 @@
-"""Blocks of a trace as functions with loops: the inverse of a matrix, and Newton's iteration.
+"""Functions of blocks, with loops in their code: inverse of a matrix, and Newton's iteration.
 
-They do what `algebra.numerics` does on floats. A block works on one state; on lanes it is called
-state by state.
+They equal `algebra.numerics` on floats. A block computes one state; on lanes it is called for each
+state.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from .text import Function, Lanes, constant
 
 _ONE, _ZERO = constant(1.0), constant(0.0)
 _INFINITY, _NAN = constant(float("inf")), constant(float("nan"))
-_SMALLEST = constant(1e-300)  # a divisor that is not 0
+_SMALLEST = constant(1e-300)  # keeps divisors above zero
 
 
 def block_functions(trace: Trace) -> list[str]:
-    """The functions that the live blocks of a trace call, inner ones first; equal ones once."""
+    """The functions of the live blocks of a trace, without duplicates; inner ones come first."""
     texts: list[str] = []
     for number in trace.live_blocks():
         block = trace.graph.blocks[number]
@@ -35,7 +35,7 @@ def block_functions(trace: Trace) -> list[str]:
 
 
 def call_block(nodes: Nodes, number: int) -> list[str]:
-    """Call the function of a block from straight-line code; the names of its outputs."""
+    """Write a call of a block's function; returns the names of its outputs."""
     block = nodes.trace.graph.blocks[number]
     f = nodes.function
     kind = nodes.lanes.kind
@@ -60,7 +60,7 @@ def call_block(nodes: Nodes, number: int) -> list[str]:
 def _call_by_lane(
     lanes: Lanes, name: str, given: str, answer: str, counts: tuple[int, int]
 ) -> None:
-    """Call a function of one state for each lane; `counts` of its inputs and outputs."""
+    """Write a call for each lane; `counts` are the numbers of inputs and outputs."""
     f, width = lanes.function, lanes.width
     inputs, outputs = counts
     one = f.slot("double", inputs)
@@ -76,7 +76,7 @@ def _call_by_lane(
 
 
 def _body(inner: Trace) -> str:
-    """`@body.N(x, p, values)`: flat residuals and Jacobian of what Newton iterates."""
+    """`@body.N(x, p, values)`: flat residuals and Jacobian of a Newton block."""
     f = Function(f"define internal void @body.{inner.name}(ptr %a0, ptr %a1, ptr %out)")
     fetch = fetch_input(inner)
     nodes = Nodes(inner, Lanes(f, 1), inner.live, fetch, call_block)
@@ -88,7 +88,7 @@ def _body(inner: Trace) -> str:
 
 
 def fetch_input(trace: Trace) -> Fetch:
-    """Inputs from the vectors %a0, %a1, ... of one state."""
+    """Access to the input vectors %a0, %a1, ... of one state."""
 
     def fetch(lanes: Lanes, index: int) -> str:
         _, vector, component = trace.graph.nodes[index]
@@ -100,8 +100,8 @@ def fetch_input(trace: Trace) -> Fetch:
 def _eliminate(n: int, m: int) -> str:
     """`@eliminate.N.M(a)`: Gauss and Jordan with pivoting on the rows [A | B] (n, n + m).
 
-    It leaves A^-1 B in B and returns det A. A singular matrix leaves values that are not finite,
-    and a determinant of 0 or none.
+    It replaces B by A^-1 B and returns det A. For a singular matrix the values are not finite, and
+    the determinant is 0 or NaN.
     """
     width = n + m
     f = Function(f"define internal double @eliminate.{n}.{m}(ptr %a) noinline")
@@ -122,7 +122,7 @@ def _eliminate(n: int, m: int) -> str:
 
 
 def _find_pivot(f: Function, n: int, width: int, c: str, largest: str, row: str) -> None:
-    """Put the row of the largest entry of column c, from row c on, into the slot `row`."""
+    """Store the row of the largest entry in column c, at or below row c, in the slot `row`."""
     f.store(constant(-1.0), largest)
     f.store(c, row, kind="i64")
     with f.loop(c, n) as r:
@@ -137,7 +137,7 @@ def _find_pivot(f: Function, n: int, width: int, c: str, largest: str, row: str)
 def _normalise_pivot(
     f: Function, width: int, c: str, line: str, row: str, determinant: str
 ) -> None:
-    """Swap the pivot's row with line c, divide line c by the pivot, multiply the determinant."""
+    """Swap the pivot row with row c, divide row c by the pivot, update the determinant."""
     best = f.load(row, kind="i64")
     other = f.row("%a", best, width)
     pivot = f.load(other, c)
@@ -156,7 +156,7 @@ def _normalise_pivot(
 
 
 def _subtract_line(f: Function, width: int, c: str, line: str, target: str) -> None:
-    """Take so much of line c from another one that its entry in column c becomes 0."""
+    """Subtract a multiple of row c from another row so that its entry in column c becomes 0."""
     lanes = Lanes(f, 1)
     factor = f.load(target, c)
     with f.loop(c, width) as k:
@@ -168,7 +168,7 @@ def _subtract_line(f: Function, width: int, c: str, line: str, target: str) -> N
 def _invert(n: int) -> str:
     """`@invert.N(a, out)`: the inverse row by row, then the determinant.
 
-    A singular matrix has NaN and 0.
+    For a singular matrix these are NaN and 0.
     """
     f = Function(f"define internal void @invert.{n}(ptr %a, ptr %out)")
     work = f.slot("double", 2 * n * n)
@@ -195,7 +195,7 @@ def _invert(n: int) -> str:
 def _newton(name: str, n: int) -> str:
     """`@newton.N(given, out)`: from guess and parameters to the solution and the iterations.
 
-    The count of iterations is negative where they failed.
+    The number of iterations is negative if they failed.
     """
     f = Function(f"define internal void @newton.{name}(ptr %given, ptr %out) noinline")
     values = f.slot("double", n + n * n)
@@ -229,7 +229,7 @@ def _newton(name: str, n: int) -> str:
 
 
 def _fill_system(f: Function, values: str, work: str, n: int) -> None:
-    """Put residuals and Jacobian into the rows [Jacobian | residual]."""
+    """Store residuals and Jacobian as rows [Jacobian | residual]."""
     with f.loop(0, n) as r:
         line = f.product(r, n + 1)
         with f.loop(0, n) as c:
@@ -240,7 +240,7 @@ def _fill_system(f: Function, values: str, work: str, n: int) -> None:
 
 
 def _largest_step(f: Function, work: str, n: int, largest: str) -> None:
-    """The largest size of a step in the slot; infinite where one is not a number."""
+    """Store the largest step size in a slot; infinite if one is NaN."""
     f.store(_ZERO, largest)
     with f.loop(0, n) as k:
         line = f.product(k, n + 1)
@@ -254,7 +254,7 @@ def _largest_step(f: Function, work: str, n: int, largest: str) -> None:
 
 
 def _step(f: Function, work: str, n: int, longest: str) -> None:
-    """Take the step from the solution, shortened so that none is longer than LARGEST_STEP."""
+    """Subtract the step from the solution, scaled so that no entry exceeds LARGEST_STEP."""
     lanes = Lanes(f, 1)
     divisor = f.let(f"call double @llvm.maxnum.f64(double {longest}, double {_SMALLEST})")
     share = f.let(f"fdiv double {constant(LARGEST_STEP)}, {divisor}")

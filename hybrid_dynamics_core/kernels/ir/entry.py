@@ -1,9 +1,9 @@
-"""Functions that Python calls: arrays are checked and read where they lie.
+"""Entry functions for Python, which check arrays and read them in place.
 
 Nothing is converted or allocated. `self` is an array of addresses of this process (`Address`). An
-array must be of the type numpy.ndarray itself, float64 in the machine's order, of the right shape,
-in C order, aligned, and writable where it is filled. The answer is a status as a Python integer.
-`NOT_TAKEN` says that some argument is something else, and that nothing was computed.
+array must be exactly numpy.ndarray, float64 in native byte order, of the right shape, in C order
+and aligned, and writable if it is an output. The result is a status as a Python integer.
+`NOT_TAKEN` means that an argument is different, and nothing was computed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _WRITABLE = 0x0400
 
 
 class Address(IntEnum):
-    """What the entries of `self` point to."""
+    """Indices of the addresses in `self`."""
 
     ARRAY_TYPE = 0
     FLOAT64 = 1
@@ -30,16 +30,16 @@ class Address(IntEnum):
 
 
 class Header:
-    """Where the fields of an array object lie, in bytes.
+    """Offsets of the fields of an array object, in bytes.
 
     Attributes:
-        size: of the header that every Python object has.
-        type: of the object.
+        size: size of the header of every Python object.
+        type: type of the object.
         data: address of the first number.
         ndim: number of axes.
         dims: address of the lengths.
         descr: address of the type of the numbers.
-        flags: bits that tell of order and alignment.
+        flags: bits for order and alignment.
     """
 
     def __init__(self, size: int) -> None:
@@ -67,7 +67,7 @@ declare void @PyEval_RestoreThread(ptr)
 
 
 class Entry:
-    """A function of so many arguments, which are checked one after the other; `finish` ends it."""
+    """Writer of a function that checks its arguments in order; `finish` ends it."""
 
     def __init__(self, name: str, arguments: int, header: Header) -> None:
         self.f = Function(f"define ptr @{name}(ptr %self, ptr %args, i64 %count)")
@@ -77,13 +77,13 @@ class Entry:
         self.require(f"icmp eq i64 %count, {arguments}")
 
     def field(self, thing: str, offset: int, kind: str = "ptr") -> str:
-        """What lies so many bytes after a pointer."""
+        """The value at an offset [bytes] after a pointer."""
         place = self.f.let(f"getelementptr i8, ptr {thing}, i64 {offset}")
         alignment = 4 if kind == "i32" else 8
         return self.f.let(f"load {kind}, ptr {place}, align {alignment}")
 
     def require(self, *conditions: str) -> None:
-        """Go on only if all hold."""
+        """Continue only if all conditions hold."""
         f = self.f
         holds = f.let(conditions[0])
         for condition in conditions[1:]:
@@ -94,7 +94,7 @@ class Entry:
         f.begin(on)
 
     def argument(self, number: int, kind: Address, writable: bool) -> str:
-        """Argument `number`, if it is an array of a type; its shape is not checked yet."""
+        """Argument `number`, checked for its type; its shape is checked later."""
         f, header = self.f, self.header
         place = f.at("%args", number, kind="ptr")
         thing = f.let(f"load ptr, ptr {place}, align 8")
@@ -122,12 +122,12 @@ class Entry:
         return self.field(thing, self.header.data)
 
     def lengths(self, number: int, rank: int) -> list[str]:
-        """The shape of argument `number`, an array of so many axes."""
+        """The shape of argument `number`, an array with `rank` axes."""
         thing = self.argument(number, Address.FLOAT64, writable=False)
         return self.shape(thing, rank)
 
     def shape(self, thing: str, rank: int) -> list[str]:
-        """The lengths of the axes of an array, if it has so many."""
+        """The shape of an array, checked for its number of axes."""
         self._require_rank(thing, rank)
         return self._lengths(thing, rank)
 
@@ -162,10 +162,10 @@ class Entry:
         return data, stride
 
     def require_apart(self, inputs: list[tuple[str, int]], outs: list[tuple[str, int]]) -> None:
-        """No output may lie on an input, which is read once more where there is no answer.
+        """Require that no output overlaps an input, since a fallback may read the inputs again.
 
         Args:
-            inputs: pointers, and how many doubles lie there.
+            inputs: pointers, and numbers of doubles.
             outs: the same.
         """
         input_ranges = [self._range(pointer, size) for pointer, size in inputs]
@@ -184,12 +184,12 @@ class Entry:
         return Range(start, 8 * size)
 
     def _is_beyond(self, a: Range, b: Range) -> str:
-        """Whether a begins where b ends, or later."""
+        """Whether a begins at or after the end of b."""
         end = self.f.let(f"add i64 {b.start}, {b.size}")
         return self.f.let(f"icmp uge i64 {a.start}, {end}")
 
     def finish(self, status: str) -> str:
-        """Give the status back; the text of the function."""
+        """Return the status; gives the text of the function."""
         self._return(status)
         self.f.begin(self.not_taken)
         self._return(str(NOT_TAKEN))
@@ -201,7 +201,7 @@ class Entry:
 
 
 def one_entry(trace: Trace, header: Header) -> str:
-    """`call(a0, ..., o0, ...)` for one state: inputs (size,), outputs of their shapes, filled."""
+    """`call(a0, ..., o0, ...)` for one state: inputs (size,), and outputs to fill."""
     count = len(trace.inputs)
     entry = Entry("call", count + len(trace.layout), header)
     inputs = []
@@ -245,10 +245,10 @@ def path_entry(trace: Trace, header: Header) -> str:
 
 
 def rows_entry(trace: Trace, header: Header) -> str:
-    """`call(a0, ..., o0, ..., status)` for many states; other Python threads run meanwhile.
+    """`call(a0, ..., o0, ..., status)` for many states, without the GIL.
 
-    Inputs (N, size), or (size,) for all states; outputs (N, *shape) and int64 status (N,) are
-    filled; the answer is 0.
+    Inputs are (N, size), or (size,) for all states. Outputs (N, *shape) and int64 status (N,) are
+    filled. The result is 0.
     """
     inputs, outs = len(trace.inputs), len(trace.layout)
     entry = Entry("call", inputs + outs + 1, header)

@@ -1,4 +1,4 @@
-"""The text of a module: one entry, and all that it calls."""
+"""The text of a module: one entry, and all functions that it calls."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Form = Literal["one", "rows", "path"]
 
 
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
-    """LLVM IR with the function `call` of a form; of rows, `width` are worked side by side."""
+    """LLVM IR with the function `call` of a form; rows are computed in vectors of `width`."""
     widths = [1, width] if form == "rows" and width > 1 else [1]
     parts = [DECLARATIONS]
     for w in widths:
@@ -25,7 +25,7 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     functions: list[str] = []
     for w in widths:
         functions += [*sincos_functions(w), *atan2_functions(w)]
-    parts += dict.fromkeys(functions)  # each once
+    parts += dict.fromkeys(functions)  # without duplicates
     parts += block_functions(trace)
     if form == "one":
         parts += [*one_functions(trace), one_entry(trace, header)]

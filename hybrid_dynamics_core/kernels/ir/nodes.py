@@ -1,4 +1,4 @@
-"""The nodes of a trace as instructions, on one state or on a vector of states."""
+"""Instructions for the nodes of a trace, on one state or on a vector of states."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from .text import Function, Lanes
 
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSIC = {"sqrt": "sqrt", "abs": "fabs", "rint": "rint"}
-# (nodes, number of the block) -> names of its outputs
+# (nodes, index of the block) -> names of its outputs
 CallBlock = Callable[["Nodes", int], list[str]]
-# (where to write, a node that was not computed here) -> name of its value
+# (lanes, node computed elsewhere) -> name of its value
 Fetch = Callable[[Lanes, int], str]
 
 
 class Nodes:
-    """Writes nodes of a trace into a function; `value` names each.
+    """Writes nodes of a trace into a function; `value` returns their names.
 
-    What is not written here is fetched when needed.
+    Nodes that are computed elsewhere are fetched when needed.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ def _atan2(width: int) -> str:
 
 
 def atan2_functions(width: int) -> list[str]:
-    """`@atan2`: the C library's, and `@atan2.W`: the same lane by lane."""
+    """Declare `@atan2` of the C library, and define `@atan2.W`, which calls it for each lane."""
     if width == 1:
         return ["declare double @atan2(double, double)\n"]
     kind = f"<{width} x double>"

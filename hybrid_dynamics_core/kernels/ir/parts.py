@@ -1,8 +1,7 @@
-"""A long trace in parts: functions one after the other, with memory for what a later one needs.
+"""Division of a long trace into several functions, which pass values through memory.
 
-The time that LLVM takes for one function grows faster than its length. Parts keep it proportional
-to the trace. A function that is not divided runs faster, though: values that pass between parts go
-through memory.
+LLVM's time for a function grows faster than the function's length. Parts keep it proportional to
+the trace. But an undivided function runs faster, since it needs no memory between parts.
 """
 
 from __future__ import annotations
@@ -15,19 +14,19 @@ from ..trace import Trace
 from .nodes import CallBlock, Fetch, Nodes
 from .text import Function, Lanes
 
-UNDIVIDED = 20_000  # nodes of a trace that is left in one part
-PART = 2000  # nodes of a part of a longer one
+UNDIVIDED = 20_000  # [nodes] longest trace in one part
+PART = 2000  # [nodes] part of a longer trace
 
 
 class Parts:
-    """The live nodes of a trace, divided.
+    """The live nodes of a trace, divided into parts.
 
     Attributes:
         trace: the trace.
-        width: states side by side.
-        name: of the functions.
-        parameters: of the functions, typed as in a definition.
-        slots: how many numbers (of lanes) pass from a part to a later one at a time.
+        width: number of states per vector.
+        name: name of the functions.
+        parameters: parameters of the functions, with types.
+        slots: number of memory slots between parts.
     """
 
     def __init__(
@@ -42,7 +41,7 @@ class Parts:
         self._place, self.slots = _places(trace, self._divided)
 
     def nodes(self, lanes: Lanes, call: CallBlock) -> Nodes:
-        """Make the values of all nodes available in a function that has the same parameters."""
+        """Access to the values of all nodes in a function with the same parameters."""
         if len(self._divided) == 1:
             return Nodes(self.trace, lanes, self._divided[0], self._fetch_input, call)
         memory = lanes.function.slot(lanes.kind, self.slots)
@@ -52,7 +51,7 @@ class Parts:
         return Nodes(self.trace, lanes, [], self._from(memory), call)
 
     def functions(self, call: CallBlock) -> list[str]:
-        """The parts as functions; none where one is enough."""
+        """The functions of the parts; empty if the trace is undivided."""
         if len(self._divided) == 1:
             return []
         return [self._function(k, call) for k in range(len(self._divided))]
@@ -85,7 +84,7 @@ class Parts:
 
 
 def _divide(trace: Trace) -> list[list[int]]:
-    """Live nodes in runs of about equal length; outputs of one block stay together."""
+    """Live nodes in parts of about equal length; outputs of one block stay together."""
     total = len(trace.live)
     count = 1
     if total > UNDIVIDED:
@@ -101,7 +100,7 @@ def _divide(trace: Trace) -> list[list[int]]:
 
 
 def _last_uses(trace: Trace, parts: list[list[int]]) -> dict[int, int]:
-    """The last part that needs each node of an earlier part; results are needed after all."""
+    """For each node used in a later part, the last such part; results count as used at the end."""
     owner = _owners(trace, parts)
     last: dict[int, int] = {}
     for k, part in enumerate(parts):
@@ -127,9 +126,9 @@ def _owners(trace: Trace, parts: list[list[int]]) -> dict[int, int]:
 
 
 def _places(trace: Trace, parts: list[list[int]]) -> tuple[dict[int, int], int]:
-    """Where each node that a later part needs is kept, and how many places there are.
+    """The memory slot of each node that a later part needs, and the number of slots.
 
-    A place is used for another node after the last use of its node.
+    A slot is reused after the last use of its node.
     """
     last = _last_uses(trace, parts)
     place: dict[int, int] = {}

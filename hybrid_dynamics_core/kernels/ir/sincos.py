@@ -1,10 +1,10 @@
-"""Sine and cosine together, on lanes: LLVM's text of the functions.
+"""LLVM IR of functions for sine and cosine together, on lanes.
 
-The nearest multiple of pi/2 is taken off an angle. To lose no digits, pi/2 is split into three
-parts. Polynomials give sine and cosine of the remainder, which is in [-pi/4, pi/4]. Parts and
+The nearest multiple of pi/2 is subtracted from an angle. To keep all digits, pi/2 is split into
+three parts. Polynomials give sine and cosine of the remainder, which is in [-pi/4, pi/4]. Parts and
 coefficients are those of FDLIBM (Sun Microsystems, 1993: e_rem_pio2.c, k_sin.c, k_cos.c), whose
-error is below one unit in the last place. For angles from `LARGE` on three parts are too few: the C
-library computes them.
+error is below one unit in the last place. For angles from `LARGE` on, three parts are too few, and
+the C library is called.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections.abc import Sequence
 
 from .text import Function, Lanes
 
-# [rad] multiples of pi/2 up to here have at most 16 bits, so their products with a part are exact
+# [rad] below this, multiples of pi/2 have at most 16 bits, so products with a part are exact
 LARGE = 1e5
-# added to a number, it rounds that to an integer, which then stands in the lowest bits of the sum
+# a sum with this number is rounded to an integer, which is in its lowest bits
 _ROUND = 1.5 * 2.0**52
-# of pi/2: 33 bits, 33 bits, the remainder
+# parts of pi/2: 33 bits, 33 bits, the remainder
 _PARTS = (
     0x3FF921FB54400000,
     0x3DD0B4611A600000,
@@ -46,7 +46,7 @@ def sincos_functions(width: int) -> list[str]:
     """The functions for a number of lanes.
 
     The last one, `@sincos.W`, gives sine and cosine of an angle [rad] in each lane. For large
-    angles it calls the one before it, `@sincos.large.W`.
+    angles it calls `@sincos.large.W`.
 
     Args:
         width: W, the number of lanes.
@@ -71,7 +71,7 @@ def sincos_functions(width: int) -> list[str]:
     both = f.let(f"call {pair} @sincos.large.{width}({lanes.kind} %x)")
     far_sine = f.let(f"extractvalue {pair} {both}, 0")
     far_cosine = f.let(f"extractvalue {pair} {both}, 1")
-    # Lane by lane: a large angle changes nothing of the states beside it.
+    # Lane by lane, so that a large angle does not change the other states.
     far_sine = lanes.choose(is_near, lanes.kind, sine, far_sine)
     far_cosine = lanes.choose(is_near, lanes.kind, cosine, far_cosine)
     _return(lanes, pair, far_sine, far_cosine)
@@ -81,7 +81,7 @@ def sincos_functions(width: int) -> list[str]:
 
 
 def _return(lanes: Lanes, pair: str, sine: str, cosine: str) -> None:
-    """End a function with a pair of values; `pair` is their type."""
+    """Return a pair of values; `pair` is their type."""
     f, kind = lanes.function, lanes.kind
     half = f.let(f"insertvalue {pair} poison, {kind} {sine}, 0")
     both = f.let(f"insertvalue {pair} {half}, {kind} {cosine}, 1")
@@ -91,7 +91,7 @@ def _return(lanes: Lanes, pair: str, sine: str, cosine: str) -> None:
 def _reduced(lanes: Lanes, x: str) -> tuple[str, str]:
     """Sine and cosine of an angle below LARGE."""
     f, n = lanes.function, lanes.constant
-    turns = lanes.arithmetic("fmul", x, n(0.63661977236758134308))  # quarters of a turn
+    turns = lanes.arithmetic("fmul", x, n(0.63661977236758134308))  # [quarter turns]
     shifted = lanes.arithmetic("fadd", turns, n(_ROUND))
     turns = lanes.arithmetic("fsub", shifted, n(_ROUND))
     remainder = x
@@ -101,7 +101,7 @@ def _reduced(lanes: Lanes, x: str) -> tuple[str, str]:
         remainder = lanes.arithmetic("fsub", remainder, product)
     sine, cosine = _polynomials(lanes, remainder)
     quarter = f.let(f"bitcast {lanes.kind} {shifted} to {lanes.integer}")
-    # after an odd number of quarter turns the sine of the angle is +-cosine of the remainder
+    # for an odd number of quarter turns, the sine is +-cosine of the remainder
     is_swapped = f.let(f"trunc {lanes.integer} {quarter} to {lanes.mask}")
     next_quarter = f.let(f"add {lanes.integer} {quarter}, {lanes.splat('i64', 1)}")
     first = lanes.choose(is_swapped, lanes.kind, cosine, sine)
@@ -110,7 +110,7 @@ def _reduced(lanes: Lanes, x: str) -> tuple[str, str]:
 
 
 def _signed(lanes: Lanes, value: str, quarters: str) -> str:
-    """The value, negated after two or three quarter turns: where their second bit is set."""
+    """The value, negated for two or three quarter turns, that is if their second bit is set."""
     f, kind = lanes.function, lanes.integer
     second = f.let(f"and {kind} {quarters}, {lanes.splat('i64', 2)}")
     sign = f.let(f"shl {kind} {second}, {lanes.splat('i64', 62)}")
@@ -122,7 +122,7 @@ def _signed(lanes: Lanes, value: str, quarters: str) -> str:
 def _polynomials(lanes: Lanes, x: str) -> tuple[str, str]:
     """Sine and cosine of x in [-pi/4, pi/4], as in FDLIBM.
 
-    sin x = x + x^3 P(x^2) and cos x = 1 - x^2/2 + x^4 Q(x^2). What 1 - x^2/2 loses by rounding is
+    sin x = x + x^3 P(x^2) and cos x = 1 - x^2/2 + x^4 Q(x^2). The rounding error of 1 - x^2/2 is
     added to the last term.
     """
 

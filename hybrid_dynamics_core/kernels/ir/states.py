@@ -1,4 +1,4 @@
-"""A whole trace as functions: `@one` for a state, `@rows` for many, several of them side by side.
+"""Functions for a whole trace: `@one` for a state, `@rows` for many, in vectors of states.
 
 Arguments are pointers to the input vectors and to the named outputs. The status of a state is 0,
 the code of the first check that fails, or NOT_FINITE.
@@ -17,7 +17,7 @@ from .nodes import Nodes
 from .parts import Parts
 from .text import Function, Lanes
 
-# states whose inputs are gathered at a time: several vectors' worth, still in the first cache
+# states gathered at a time: several vectors, which fit into the first-level cache
 BLOCK = 64
 
 
@@ -35,16 +35,16 @@ def _outs(trace: Trace) -> list[str]:
 
 
 def _places(trace: Trace) -> Iterator[tuple[int, int]]:
-    """(number of the output, place in it) of each flat output, in order."""
+    """(index of the output, index in it) of each flat output, in order."""
     for number, size in enumerate(sizes(trace)):
         for place in range(size):
             yield number, place
 
 
 def one_functions(trace: Trace) -> list[str]:
-    """`@one(a0, ..., o0, ...)`: fill the outputs of a state, return its status.
+    """`@one(a0, ..., o0, ...)`: fills the outputs of a state, and returns its status.
 
-    The parts that it calls come before it.
+    The functions that it calls come before it.
     """
     parameters = _parameters(trace)
     parts = Parts(trace, 1, "one", parameters, fetch_input(trace))
@@ -61,7 +61,7 @@ def one_functions(trace: Trace) -> list[str]:
 
 
 def _read(trace: Trace) -> list[tuple[int, int]]:
-    """Input components that are read: all of the vectors of which any is used."""
+    """All components of the input vectors that are used."""
     vectors = {v for v, _ in trace.used_inputs()}
     components = []
     for v in sorted(vectors):
@@ -77,7 +77,7 @@ def _status(nodes: Nodes, inputs: list[str]) -> str:
     good = lanes.splat("i64", 0)
     not_finite = lanes.splat("i64", NOT_FINITE)
     status = lanes.choose(is_finite, lanes.integer, good, not_finite)
-    for check in reversed(nodes.trace.checks):  # the first check that fails names the status
+    for check in reversed(nodes.trace.checks):  # the first failed check decides the status
         value = nodes.value(check.value)
         passes = lanes.compare("ogt", value, lanes.constant(check.threshold))
         code = lanes.splat("i64", check.code)
@@ -86,9 +86,9 @@ def _status(nodes: Nodes, inputs: list[str]) -> str:
 
 
 def _not_finite(nodes: Nodes, inputs: list[str]) -> str:
-    """Zero, but NaN where a number is not finite: each times zero, summed in four chains."""
+    """A sum of all numbers times zero, in four chains: NaN if a number is not finite, else zero."""
     lanes = nodes.lanes
-    results: dict[int, str] = {}  # an output that comes twice counts once
+    results: dict[int, str] = {}  # without duplicates
     for output in nodes.trace.outputs:
         if isinstance(output, Symbol):
             results[output.index] = nodes.value(output)
@@ -103,9 +103,9 @@ def _not_finite(nodes: Nodes, inputs: list[str]) -> str:
 
 
 def wide_functions(trace: Trace, width: int) -> list[str]:
-    """`@wide(in, o0, ..., status)`: `width` states at once.
+    """`@wide(in, o0, ..., status)`: computes `width` states at once.
 
-    Inputs come by component, outputs go to rows.
+    Inputs are stored by component, outputs by row.
     """
     components = _read(trace)
     columns = {key: n for n, key in enumerate(components)}
@@ -139,9 +139,9 @@ def _load_column(lanes: Lanes, number: int) -> str:
 
 
 def rows_function(trace: Trace, width: int) -> str:
-    """`@rows(n, a0, stride0, ..., o0, ..., status)`: n states.
+    """`@rows(n, a0, stride0, ..., o0, ..., status)`: computes n states.
 
-    A stride (in numbers) is 0 where all states share a vector.
+    A stride [numbers] is 0 if all states share a vector.
     """
     parameters = ["i64 %n"]
     for v in range(len(trace.inputs)):
@@ -196,12 +196,12 @@ def path_function(trace: Trace) -> str:
 
 
 def _pointers(places: Sequence[str]) -> str:
-    """Addresses as arguments of a call."""
+    """The arguments of a call for some addresses."""
     return ", ".join(f"ptr {place}" for place in places)
 
 
 def _input_row(f: Function, vector: int, row: str) -> str:
-    """Address of a row of an input vector, or of the only one."""
+    """Address of a row of an input; the stride makes it the same for a shared vector."""
     offset = f.let(f"mul i64 {row}, %stride{vector}")
     return f.at(f"%a{vector}", offset)
 
@@ -212,7 +212,7 @@ def _output_rows(f: Function, trace: Trace, row: str) -> list[str]:
 
 
 class _Blocks:
-    """States in blocks: inputs gathered by component, then as many at a time as a vector holds."""
+    """Computation in blocks of states, whose inputs are gathered by component."""
 
     def __init__(self, f: Function, trace: Trace, width: int) -> None:
         self.f = f
@@ -221,7 +221,7 @@ class _Blocks:
         self.read = _read(trace)
         self.columns = f.slot("double", BLOCK * len(self.read))
         self.sizes = sizes(trace)
-        # where results go that are more than the states that remain
+        # receives the surplus results of the last vector
         self.spare = [f.slot("double", width * size) for size in self.sizes]
         self.spare_status = f.slot("i64", width)
         self.last = f.let("sub i64 %n, 1")
@@ -242,7 +242,7 @@ class _Blocks:
                 self._vector(start, first, remaining)
 
     def _gather(self, start: str, vectors: Sequence[int]) -> None:
-        """Put a block of states of some input vectors into columns; the last state is repeated."""
+        """Copy a block of states to columns; the last state is repeated to fill a vector."""
         f = self.f
         with f.loop(0, BLOCK) as lane:
             row = f.let(f"add i64 {start}, {lane}")
@@ -256,7 +256,7 @@ class _Blocks:
                         f.store(value, self.columns, n * BLOCK, lane)
 
     def _vector(self, start: str, first: str, remaining: str) -> None:
-        """The states from `first` of a block on; fewer than a vector go by way of spare memory."""
+        """Compute a vector of states from `first`; an incomplete one writes to spare memory."""
         f = self.f
         row = f.let(f"add i64 {start}, {first}")
         count = f.let(f"sub i64 {remaining}, {first}")

@@ -1,4 +1,4 @@
-"""A function of LLVM IR written line by line: fresh names, constants, loops and branches."""
+"""Writer of LLVM IR: fresh names, constants, loops and branches."""
 
 from __future__ import annotations
 
@@ -8,41 +8,41 @@ from contextlib import contextmanager
 
 
 def constant(value: float) -> str:
-    """A double, exactly."""
+    """The exact text of a double."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
 class Function:
-    """The body of one function; every name is a number with a letter before it."""
+    """Writer of one function; a name is a letter and a number."""
 
     def __init__(self, head: str) -> None:
         self.head = head
         self._slots: list[str] = []
         self._lines: list[str] = []
         self._count = 0
-        self.products: dict[str, tuple[str, str]] = {}  # factors of the values that are products
+        self.products: dict[str, tuple[str, str]] = {}  # factors of values that are products
 
     def fresh(self) -> int:
-        """A number not used yet."""
+        """A number that was not used yet."""
         self._count += 1
         return self._count
 
     def let(self, instruction: str) -> str:
-        """Add an instruction; the name of its value."""
+        """Add an instruction; returns the name of its value."""
         name = f"%v{self.fresh()}"
         self._lines.append(f"  {name} = {instruction}")
         return name
 
     def product(self, index: str, factor: int) -> str:
-        """An index times a number."""
+        """Write an index times a number."""
         return self.let(f"mul i64 {index}, {factor}")
 
     def row(self, pointer: str, index: str, width: int) -> str:
-        """The address of a row of a table of doubles."""
+        """The address of a row in a table of doubles."""
         return self.at(pointer, self.product(index, width))
 
     def absolute(self, value: str) -> str:
-        """The size of a double."""
+        """The absolute value of a double."""
         return self.let(f"call double @llvm.fabs.f64(double {value})")
 
     def do(self, instruction: str) -> None:
@@ -50,20 +50,20 @@ class Function:
         self._lines.append(f"  {instruction}")
 
     def slot(self, kind: str, count: int = 1) -> str:
-        """Memory on the stack for `count` values of a type, kept for the whole call."""
+        """Allocate stack memory for `count` values of a type."""
         name = f"%s{self.fresh()}"
         self._slots.append(f"  {name} = alloca [{max(count, 1)} x {kind}], align 64")
         return name
 
     def at(self, pointer: str, *indices: str | int, kind: str = "double") -> str:
-        """The address `indices` (summed) entries of a type after a pointer."""
+        """The address of an entry after a pointer; `indices` are summed."""
         for index in indices:
             if index != 0:
                 pointer = self.let(f"getelementptr {kind}, ptr {pointer}, i64 {index}")
         return pointer
 
     def load(self, pointer: str, *indices: str | int, kind: str = "double", align: int = 8) -> str:
-        """The value `indices` entries after a pointer."""
+        """Load the entry after a pointer at `indices` (summed)."""
         return self.let(f"load {kind}, ptr {self.at(pointer, *indices, kind=kind)}, align {align}")
 
     def store(
@@ -74,7 +74,7 @@ class Function:
         kind: str = "double",
         align: int = 8,
     ) -> None:
-        """Put a value `indices` entries after a pointer."""
+        """Store a value after a pointer at `indices` (summed)."""
         self.do(f"store {kind} {value}, ptr {self.at(pointer, *indices, kind=kind)}, align {align}")
 
     def label(self) -> str:
@@ -86,20 +86,20 @@ class Function:
         self._lines.append(f"{label}:")
 
     def branch(self, condition: str, yes: str, no: str) -> None:
-        """End the block: on to one label or the other."""
+        """End the block with a conditional branch."""
         self.do(f"br i1 {condition}, label %{yes}, label %{no}")
 
     @contextmanager
     def loop(
         self, start: str | int, stop: str | int, step: int = 1, while_: str | None = None
     ) -> Iterator[str]:
-        """Do what is written inside for each index.
+        """A loop around the instructions written in its context.
 
         Args:
             start: the first index.
-            stop: the index before which it ends.
-            step: from one index to the next.
-            while_: a slot (i1); the loop ends where it is not set.
+            stop: the index at which it ends, excluded.
+            step: the increment.
+            while_: a slot (i1); the loop ends when it is false.
         """
         counter = self.slot("i64")
         head, check, body, done = (self.label() for _ in range(4))
@@ -121,7 +121,7 @@ class Function:
 
     @contextmanager
     def when(self, condition: str) -> Iterator[None]:
-        """Do what is written inside if the condition holds."""
+        """A condition for the instructions written in its context."""
         yes, on = self.label(), self.label()
         self.branch(condition, yes, on)
         self.begin(yes)
@@ -130,12 +130,12 @@ class Function:
         self.begin(on)
 
     def text(self) -> str:
-        """The whole definition."""
+        """The text of the function."""
         return "\n".join([f"{self.head} {{", "entry:", *self._slots, *self._lines, "}", ""])
 
 
 class Lanes:
-    """Arithmetic inside a function, on one double (width 1) or on a vector, one state a lane."""
+    """Arithmetic on one double (width 1) or on a vector with one state per lane."""
 
     def __init__(self, function: Function, width: int) -> None:
         self.function = function
@@ -161,9 +161,8 @@ class Lanes:
     def arithmetic(self, operation: str, a: str, b: str) -> str:
         """fadd, fsub, fmul or fdiv.
 
-        Where a term of a sum is a product, both are one fused operation if the processor has it.
-        This code and not LLVM decides which ones, so that one state and many are rounded alike:
-        they agree to the last bit.
+        A product and a sum are fused if the processor can. This code decides it, not LLVM, so that
+        one state and many agree to the last bit.
         """
         products = self.function.products
         if operation in ("fadd", "fsub"):
@@ -180,25 +179,25 @@ class Lanes:
         return value
 
     def negative(self, a: str) -> str:
-        """The value with its other sign."""
+        """The negated value."""
         return self.function.let(f"fneg {self.kind} {a}")
 
     def intrinsic(self, name: str, *values: str) -> str:
-        """One of LLVM's functions on doubles."""
+        """Name of an LLVM intrinsic on doubles."""
         arguments = ", ".join(f"{self.kind} {value}" for value in values)
         return self.function.let(f"call {self.kind} @llvm.{name}.{self.suffix}({arguments})")
 
     def compare(self, relation: str, a: str, b: str) -> str:
-        """An ordered comparison: false where a or b is not a number."""
+        """An ordered comparison: false if a or b is NaN."""
         return self.function.let(f"fcmp {relation} {self.kind} {a}, {b}")
 
     def choose(self, mask: str, kind: str, yes: str, no: str) -> str:
-        """`yes` where the mask is set, `no` elsewhere."""
+        """Select `yes` where the mask is set, and `no` elsewhere."""
         return self.function.let(f"select {self.mask} {mask}, {kind} {yes}, {kind} {no}")
 
 
 def declarations(width: int) -> list[str]:
-    """LLVM's functions on doubles of a width, and the ones of C."""
+    """Declarations of LLVM intrinsics for a width, and of C functions."""
     lanes = Lanes(Function(""), width)
     one, two = f"({lanes.kind})", f"({lanes.kind}, {lanes.kind})"
     three = f"({', '.join([lanes.kind] * 3)})"
