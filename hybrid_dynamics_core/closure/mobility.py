@@ -152,14 +152,15 @@ def _regular(
 
 
 def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescription | None:
-    """The description with a reference near a change point, if the file names no reference.
+    """The description with a reference where it closes and is regular, where the file names none.
 
     Args:
         tree: the spanning tree.
         robot: its description, whose active joints are the independent ones.
 
     Returns:
-        The description with a note, or None if the pose of the file is not at a change point.
+        The description with a note, None where the pose of the file closes and is regular, or
+        where no closed configuration was found.
     """
     if any(name in robot.reference for name in robot.active):
         return None
@@ -170,7 +171,10 @@ def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescript
     closed = closed_near(tree, loops, start, passive)
     if not closed.is_closed:
         return None
-    settled, s = _regular(tree, robot, closed.s, robot.active)
+    moved = robot
+    if not is_closed_at(tree, loops, start):
+        moved = _with_note_of_closing(tree, robot, start, closed.s)
+    settled, s = _regular(tree, moved, closed.s, robot.active)
     if settled is robot:
         return None
     reference = dict(robot.reference)

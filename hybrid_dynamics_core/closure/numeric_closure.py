@@ -74,7 +74,7 @@ def close_numerically(
         step = np.linalg.lstsq(jacobian, -gaps, rcond=RANK_TOLERANCE)[0]
         longest = float(np.abs(step).max(initial=0.0))
         s[columns] += step * min(1.0, LARGEST_STEP / max(longest, TINY))
-    return best, _largest_gaps(tree, loops, best)
+    return best, largest_gaps(tree, loops, best)
 
 
 def fixed_perturbation(size: int, k: int = 0) -> Array:
@@ -83,7 +83,7 @@ def fixed_perturbation(size: int, k: int = 0) -> Array:
     return numbers
 
 
-def _largest_gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> dict[str, float]:
+def largest_gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> dict[str, float]:
     """The largest gap of each loop by name, at s (n_s,)."""
     configuration = configuration_at(tree, s)
     largest: dict[str, float] = {}

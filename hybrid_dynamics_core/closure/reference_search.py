@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,15 +10,11 @@ import numpy as np
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree
 from .constraints.equations import LoopEquations
-from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
+from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian, largest_gaps
+from .start_search import StartSearch, limits_of
 
-# [rad or m] distances of further starts from the drawn pose, and their number at each
-DISTANCES = (0.03, 0.1, 0.3, 1.0)
-STARTS = 6
-NEAR = 0.5  # [rad or m] a configuration this near to the drawn pose is accepted at once
-BEYOND = 1e3  # cost added to a configuration that closes beyond limits
-MOVES = (0.03, -0.03, 0.1, -0.1, 0.3)  # [rad or m] moves away from a singularity
-REGULAR = 1e-3  # least share of the smallest singular value nearby that counts as regular
+MOVES = (0.03, -0.03, 0.1, -0.1, 0.3)  # [rad or m] off a singular place
+REGULAR = 1e-3  # share of a singular value nearby below which a place counts as singular
 RANK_TOLERANCE = 1e-8  # singular values below this share of the largest count as zero
 TINY = 1e-300
 
@@ -50,7 +46,8 @@ def closed_near(
 ) -> Closed:
     """The closed configuration nearest to a drawn pose, within the limits if possible.
 
-    If none closes, it is the one with the smallest gap.
+    The least open one where none closes. Loops without a coordinate in common are searched one
+    after the other: about the drawn pose first, then far and wide.
 
     Args:
         tree: the spanning tree.
@@ -60,32 +57,35 @@ def closed_near(
         driven_may_move: whether the driven ones may change if these are not enough.
     """
     drawn = np.asarray(start, dtype=float)
-    driven = [k for k in range(len(drawn)) if k not in passive]
-    best = Closed(*close_numerically(tree, loops, start, passive))
     if _gaps(tree, loops, drawn) <= CLOSED:
-        return best
-    # coordinates outside of loops keep their drawn values; redundant motors must move
-    held = sorted({k for loop in loops for k in loop.coordinates})
-    for unknowns in _movable(held, passive, driven, driven_may_move):
-        for other_start in _starts(tree, drawn, unknowns):
-            if _merit(tree, best, drawn, driven) <= NEAR:
-                return best
-            other = Closed(*close_numerically(tree, loops, other_start, unknowns))
-            best = min(best, other, key=lambda closed: _merit(tree, closed, drawn, driven))
-        if _merit(tree, best, drawn, driven) < BEYOND:
-            return best
-    return best
+        return Closed(*close_numerically(tree, loops, start, passive))
+    # all that no loop holds stays where the drawing has it, but for its limits
+    s = np.clip(drawn, *limits_of(tree).T)
+    for group in _groups(loops):
+        held = _coordinates_of(group)
+        s[held] = drawn[held]
+        s[held] = StartSearch(tree, group, s, passive).nearest(driven_may_move)[held]
+    return Closed(s, largest_gaps(tree, loops, s))
 
 
-def _movable(
-    held: Sequence[int], passive: Sequence[int], driven: Sequence[int], driven_may_move: bool
-) -> Iterator[list[int]]:
-    """Sets of coordinates that may change: passive ones, then more and more of the last driven."""
-    yield [k for k in held if k in passive]
-    if not driven_may_move:
-        return
-    for count in range(len(driven) - 1, -1, -1):
-        yield [k for k in held if k not in driven[:count]]
+def _coordinates_of(loops: Sequence[LoopEquations]) -> list[int]:
+    """Coordinates that some loops hold."""
+    return sorted({k for loop in loops for k in loop.coordinates})
+
+
+def _groups(loops: Sequence[LoopEquations]) -> list[list[LoopEquations]]:
+    """Loops that share coordinates, directly or through others."""
+    groups: list[list[LoopEquations]] = []
+    for loop in loops:
+        apart: list[list[LoopEquations]] = []
+        together = [loop]
+        for group in groups:
+            if set(_coordinates_of(group)).isdisjoint(loop.coordinates):
+                apart.append(group)
+            else:
+                together = [*group, *together]
+        groups = [*apart, together]
+    return groups
 
 
 def is_closed_at(tree: Tree, loops: Sequence[LoopEquations], s: Sequence[float]) -> bool:
@@ -182,46 +182,3 @@ def _gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> float:
     except ZeroDivisionError:
         return float(np.inf)
     return float(np.abs(gaps).max(initial=0.0))
-
-
-def _merit(tree: Tree, closed: Closed, drawn: Array, driven: Sequence[int]) -> float:
-    """Cost of a configuration, 0 at best.
-
-    Within the limits it is the distance of the driven coordinates from the drawn pose. Any
-    configuration beyond limits costs more, and open loops cost most.
-    """
-    worst = max(closed.gaps.values(), default=0.0)
-    if worst > CLOSED:
-        return 2.0 * BEYOND + worst
-    lower, upper = limits_of(tree).T
-    beyond = float(np.maximum(lower - closed.s, closed.s - upper).max(initial=0.0))
-    if beyond > CLOSED:
-        return BEYOND + beyond
-    moves = np.abs(closed.s - drawn)[list(driven)]
-    return min(float(moves.max(initial=0.0)), 0.5 * BEYOND)
-
-
-def limits_of(tree: Tree) -> Array:
-    """Lower and upper limits (n_s, 2) in the order of the coordinates [rad or m]."""
-    bodies = sorted(tree.bodies, key=lambda body: body.coordinate)
-    return np.reshape([body.limits for body in bodies], (-1, 2)).astype(float)
-
-
-def _starts(tree: Tree, drawn: Array, held: Sequence[int]) -> Iterator[Array]:
-    """Start configurations around the drawn pose, then one in the middle of the limits.
-
-    Only coordinates in loops are moved, and only within their limits. The starts are the same in
-    every run.
-    """
-    lower, upper = limits_of(tree).T
-    yield np.clip(drawn, lower, upper)
-    rng = np.random.default_rng(0)
-    for size in DISTANCES:
-        for _ in range(STARTS):
-            moved = drawn.copy()
-            moved[held] += rng.uniform(-size, size, len(held))
-            yield np.clip(moved, lower, upper)
-    middle = drawn.copy()
-    bounded = [k for k in held if np.isfinite(lower[k]) and np.isfinite(upper[k])]
-    middle[bounded] = 0.5 * (lower[bounded] + upper[bounded])
-    yield middle

@@ -16,7 +16,7 @@ from ..closure.plan import ClosurePlan, build_plan
 from ..closure.printed_numbers import snapped
 from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
-from ..errors import DescriptionError, InputError
+from ..errors import DescriptionError, InputError, UndecidedModeError
 from ..ground.arrays import Array, frozen
 from ..ground.lazy import lazy
 from ..ground.suggestions import no_such_name
@@ -331,8 +331,10 @@ def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:
     """The model of a description whose active joints are the independent ones."""
     try:
         return RobotModel(description, tree, build_plan(tree, description))
+    except UndecidedModeError:
+        raise
     except DescriptionError:
-        # perhaps only the reference is singular: a configuration beside it may be regular
+        # perhaps only the reference is open or singular: another one may be closed and regular
         regular = with_regular_reference(tree, description)
         if regular is None:
             raise

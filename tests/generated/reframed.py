@@ -28,8 +28,15 @@ class Move(NamedTuple):
         return frozen(self.rotation.T @ old)
 
 
-def reframed(robot: RobotDescription, seed: int) -> tuple[RobotDescription, dict[str, float]]:
+def reframed(
+    robot: RobotDescription, seed: int, farthest: float = 0.5
+) -> tuple[RobotDescription, dict[str, float]]:
     """The robot with every frame and every zero chosen anew.
+
+    Args:
+        robot: its description.
+        seed: of all choices.
+        farthest: a new zero is from the old one [rad or m].
 
     Returns:
         The robot, and by joint the old coordinate at the new zero [rad or m].
@@ -38,7 +45,7 @@ def reframed(robot: RobotDescription, seed: int) -> tuple[RobotDescription, dict
     moves = {robot.base: Move(random_rotation(rng), rng.normal(size=3))}
     for joint in robot.joints.values():
         moves[joint.child] = _child_move(joint, rng)
-    zeros = {name: float(rng.uniform(-0.5, 0.5)) for name in robot.joints}
+    zeros = {name: float(rng.uniform(-farthest, farthest)) for name in robot.joints}
     joints = {}
     for name, joint in robot.joints.items():
         joints[name] = _joint(joint, moves, zeros[name])

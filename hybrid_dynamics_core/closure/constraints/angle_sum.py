@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ...algebra.scalar import Scalar, Scalars
+from ...algebra.scalar import Scalar, Scalars, atan2
 from ...algebra.vector import Vector, constant, turn
 from ...mechanism.configuration import Configuration
 from .equations import Linearised, LoopEquations
@@ -43,10 +43,10 @@ class AngleSum(LoopEquations):
             marks += [configuration.c[k], configuration.s[k]]
         return marks
 
-    def gaps(self, configuration: Configuration) -> list[float]:
-        """The angle itself, since its sine also vanishes at half a turn."""
+    def gaps(self, configuration: Configuration) -> list[Scalar]:
+        """The angle itself: its sine vanishes at half a turn too, where a search would stay."""
         cosine, sine = self._direction(configuration)
-        return [math.atan2(float(sine), float(cosine))]
+        return [atan2(sine, cosine)]
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
         """The cosine of the sum: positive if parallel, negative if opposed."""

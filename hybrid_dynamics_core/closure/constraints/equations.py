@@ -75,13 +75,13 @@ class LoopEquations(ABC):
         """Numbers that are equal for two sets of joint values if the links have the same poses."""
         return []
 
-    def gaps(self, configuration: Configuration) -> list[float]:
-        """How far each equation is from closed, for searches that start far away.
+    def gaps(self, configuration: Configuration) -> list[Scalar]:
+        """How far each equation is from closed, for a search from afar.
 
-        They are the residuals, unless these vanish where the guards are negative. The configuration
-        holds floats.
+        The residuals, unless these vanish at places that the guards refuse. The configuration holds
+        floats or arrays.
         """
-        return [float(residual) for residual in self.linearise(configuration).residual]
+        return self.linearise(configuration).residual
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
         """Scalars that must be positive where the equations hold.
