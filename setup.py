@@ -18,6 +18,7 @@ EXTRAS = {
     "dask": ["distributed"],
     "parquet": ["pyarrow"],
     "view": ["viser>=1.1"],
+    "meshes": ["trimesh>=4", "pycollada>=0.7"],
     "xacro": ["xacro>=2.1"],
     "mjcf": ["mujoco-core>=4.0"],  # the module mujoco without a viewer; mujoco serves too
     "drives": ["daqp>=0.8"],  # quadratic programs of redundant drives

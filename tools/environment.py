@@ -46,7 +46,7 @@ from textwrap import fill, shorten
 
 ROOT = Path(__file__).resolve().parent.parent
 INTERFACES = ROOT / "msg_defs"
-RUN_EXTRAS = "fast,cli,plot,bag,view,xacro,mjcf,drives,ros"
+RUN_EXTRAS = "fast,cli,plot,bag,view,meshes,xacro,mjcf,drives,ros"
 # The interfaces come last: they are built while the others are installed.
 PURPOSES = {
     "run": ("libraries", "interfaces"),

@@ -16,9 +16,9 @@ from ..parameters import loaded, robot_argument
 from ..writing import output_option, output_path
 
 PAIR = "robot.yaml"
-FORMS: dict[str, Callable[[Robot], str]] = {
-    "urdf": lambda robot: to_urdf(robot.description),
-    "urdf+": lambda robot: to_urdf_plus(robot.description),
+FORMS: dict[str, Callable[[Robot, Path | None], str]] = {  # with the folder of the file
+    "urdf": lambda robot, folder: to_urdf(robot.description, folder),
+    "urdf+": lambda robot, folder: to_urdf_plus(robot.description, folder),
     "mjcf": to_mjcf,
     "sdf": to_sdf,
     "yaml": to_yaml,
@@ -71,10 +71,11 @@ def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
         texts = _pair(machine, output)
         titles = [TITLES[PAIR], TITLES["urdf"]]
     elif output is None:
-        click.echo(FORMS[form](machine), nl=False)
+        click.echo(FORMS[form](machine, None), nl=False)
         return
     else:
-        texts = {output_path(output): FORMS[form](machine)}
+        place = output_path(output)
+        texts = {place: FORMS[form](machine, place.parent)}
         titles = [TITLES[form]]
     write_files(texts, machine.description, overwrite)
     for path, title in zip(texts, titles, strict=True):
@@ -96,5 +97,5 @@ def _pair(robot: Robot, output: str | None) -> dict[Path, str]:
         raise click.UsageError(
             f"--output {output}: expected a name that ends in .yaml; the URDF is written beside it"
         )
-    pair = to_gepetto(robot.description)
+    pair = to_gepetto(robot.description, file.parent)
     return {file: pair.yaml, file.with_suffix(".urdf"): pair.urdf}

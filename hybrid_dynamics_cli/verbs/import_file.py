@@ -36,12 +36,12 @@ def command(robot: str, output: str | None, overwrite: bool, as_json: bool) -> N
     """
     machine, undecided = loaded_undecided(robot)
     description = machine.description
-    text = to_yaml(description)
+    place = None if output is None else output_path(output)
+    text = to_yaml(description, None if place is None else place.parent)
     notes = [*description.notes, *undecided]
-    if output is None:
+    if place is None:
         show({"yaml": text, "notes": notes}, as_json, text.rstrip("\n"))
         return
-    place = output_path(output)
     write_files({place: text}, description, overwrite)
     lines = [f"note: {note}" for note in notes]
     lines.append(written(place, f"{description.name} as a description file"))

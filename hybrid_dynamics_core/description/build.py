@@ -31,6 +31,7 @@ from .model import (
 )
 from .rigid_body import TRIANGLE_SLACK
 from .values import ValueReader
+from .visuals.read import read_visuals
 
 _SAME_PLACE = 1e-12  # [m, or of unit vectors] rounding between two texts for one place
 _SAME_TURN = 1e-9  # [of unit vectors] rounding of axes in files of other formats
@@ -93,6 +94,7 @@ class _Builder:
             effects=read_effects(self.values),
             payloads=read_payloads(self.values),
             actuators=read_actuators(self.values),
+            visuals=read_visuals(section_entries(self.values, "links"), self.attached),
         )
 
     def gravity(self) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -24,6 +25,8 @@ JointType = Literal["revolute", "prismatic"]
 MultiDofType = Literal["universal", "cylindrical", "planar", "ball", "free", "screw"]
 ClosureKind = Literal["planar", "point", "axis", "frame"]
 ActiveSet = Literal["exact", "motors"]
+VisualShape = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
+Colour = tuple[float, float, float, float]  # red, green, blue, opacity, from 0 to 1
 
 END_EFFECTOR = "end_effector"  # the name of the end effector's frame in calls
 
@@ -78,6 +81,31 @@ class Link:
         if not self.mass or apart > _ROUNDING * reach:
             return None
         return self.compensated_mass / self.mass
+
+
+@dataclass(frozen=True, eq=False)
+class Visual:
+    """A shape by which pictures show a link; it has no part in the mechanics.
+
+    Its middle is the origin of its frame. Cylinders and capsules stand along z.
+
+    Attributes:
+        shape: which one it is.
+        size: (k,) [m] box: lengths along x, y, z; cylinder: radius, length; sphere: radius;
+            capsule: radius, length without its caps; ellipsoid: three radii. Of a mesh its scale
+            along x, y, z, which multiplies what the file has.
+        frame: where it is, on a moving link or the base.
+        colour: None where the description gives none.
+        uri: of a mesh what the description says of its file: a path, package://, model://.
+        file: of a mesh; None where there is no file that may be read.
+    """
+
+    shape: VisualShape
+    size: tuple[float, ...]
+    frame: Frame
+    colour: Colour | None = None
+    uri: str = ""
+    file: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,6 +282,7 @@ class RobotDescription(Picklable):
         actuators: by joint.
         parts: links fixed to others, each in the frame of the body that it is merged into.
         alone: links before merging, for those of `links` that have parts.
+        visuals: shapes for pictures, by the link or part that has them.
     """
 
     name: str
@@ -284,6 +313,7 @@ class RobotDescription(Picklable):
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)
     parts: Mapping[str, Link] = field(default_factory=dict)
     alone: Mapping[str, Link] = field(default_factory=dict)
+    visuals: Mapping[str, tuple[Visual, ...]] = field(default_factory=dict)
 
     @property
     def freely_turning(self) -> tuple[MultiDofJoint, ...]:
@@ -322,6 +352,11 @@ class RobotDescription(Picklable):
     def body_of(self, part: str) -> str:
         """The link that a part is merged into; `frames` has its pose there."""
         return self.frames[part].link
+
+    def visuals_on(self, body: str) -> tuple[Visual, ...]:
+        """The shapes that move with a link: its own, and those of its parts."""
+        everything = chain.from_iterable(self.visuals.values())
+        return tuple(visual for visual in everything if visual.frame.link == body)
 
     def closure_key(self, closure: str) -> str:
         """The dotted key of a closure, loop or following joint in the file."""

@@ -31,6 +31,7 @@ _BY_KEY: dict[str, Units] = {
     "radius": ("m",),
     "inner": ("m",),
     "size": ("m",),
+    "radii": ("m",),
     "rotor_inertia": _INERTIA,
     "bore": ("m",),
     "rod": ("m",),

@@ -27,11 +27,12 @@ def main(arguments: list[str]) -> int:
         return 2
     try:
         description = load(arguments[0]).description
-        text = to_urdf(description)
         if len(arguments) == 2:
-            write_files({Path(arguments[1]): text}, description, overwrite)
+            place = Path(arguments[1])
+            text = to_urdf(description, place.parent)
+            write_files({place: text}, description, overwrite)
         else:
-            sys.stdout.write(text)
+            sys.stdout.write(to_urdf(description))
     except (HybridDynamicsError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 1

@@ -52,8 +52,10 @@ def apply_extras(document: Document, extras: Document) -> None:
         closures.pop(entry.pop("second", ""), None)
     for name in extras.entries("payloads"):
         _remove_payload_body(document, name)
-    for name in extras.entries("links"):
-        document.section("links").pop(name, None)
+    for name, entry in extras.entries("links").items():
+        replaced = document.section("links").pop(name, None) or {}
+        if "visuals" in replaced:
+            entry.setdefault("visuals", replaced["visuals"])
     if "reference" in extras.data:  # replaces the drawn configuration
         document.data["reference"] = {}
     _shift_coordinates(document, extras.data.pop("zero", {}))
@@ -72,6 +74,7 @@ def _rename_base(document: Document, name: str) -> None:
     if not name or name == old_name:
         return
     document.data["base"] = name
+    _rename_link(document, old_name, name)
     for joint in document.section("joints").values():
         if joint["parent"] == old_name:
             joint["parent"] = name
@@ -84,6 +87,14 @@ def _rename_base(document: Document, name: str) -> None:
             new_link = name if link == old_name else link
             between[new_link] = end
         closure["between"] = between
+
+
+def _rename_link(document: Document, old_name: str, name: str) -> None:
+    """Give the entry of a link another name, if it has one."""
+    links = document.section("links")
+    if old_name in links:
+        links[name] = links.pop(old_name)
+        document.alias(("links", name), ("links", old_name))
 
 
 def _check_names(document: Document, extras: Document) -> None:

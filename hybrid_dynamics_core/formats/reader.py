@@ -23,6 +23,7 @@ from ..ground.file_kinds import require_description
 from ..ground.file_options import NO_OPTIONS, FileOptions
 from ..ground.suggestions import suggestion
 from .gepetto.reader import gepetto_document, is_gepetto
+from .mesh_files import with_mesh_files
 from .mjcf.reader import mjcf_document
 from .sdf.reader import sdf_document
 from .urdf.reader import expand_urdf
@@ -211,4 +212,4 @@ def _described(document: Document) -> RobotDescription:
     check_circles(document, description)
     check_values(document, description)
     check_loop_types(document, description)
-    return description
+    return with_mesh_files(document, description)

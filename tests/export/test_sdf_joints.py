@@ -208,7 +208,7 @@ def test_links_that_no_joint_connects_stand_still_where_they_are_drawn(tmp_path:
 
 
 NOTED = {  # what is left out, and the note that says so
-    "<visual name='v'/>": "<visual> is left out (line 2)",
+    "<collision name='v'/>": "<collision> is left out (line 2)",
     "<sensor name='s' type='imu'/>": "<sensor> is left out (line 2)",
     "<others:word>1</others:word>": "<others:word> is left out (line 2)",
 }

@@ -8,6 +8,7 @@ two pairs of type 3d along it, with six equations of which five are independent.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
@@ -37,19 +38,20 @@ class Pair(NamedTuple):
     urdf: str
 
 
-def to_gepetto(robot: AnyRobot) -> Pair:
+def to_gepetto(robot: AnyRobot, folder: str | Path | None = None) -> Pair:
     """The texts of robot.yaml and robot.urdf, to be saved in one folder with one stem.
 
     Data that the pair cannot express are under a key of their own, which Gepetto's loader ignores.
 
     Args:
         robot: the robot to write, or its description.
+        folder: of the file. Meshes in it get relative paths, others absolute ones.
 
     Raises:
         InputError: `robot` is neither.
     """
     description = description_of(robot)
-    root = tree_element(description)
+    root = tree_element(description, folder)
     pairs = _Pairs(root, _AXIS_ARM * shapes.robot_size(description))
     extras = extras_of(description, FEATURES)
     for closure in description.closures:

@@ -14,6 +14,7 @@ from .names import Names
 from .poses import pose_entry, pose_of
 from .settings import Settings
 from .several_freedoms import several_freedoms
+from .visuals import VisualReader
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class BodyReader:
         for number, body in enumerate(self.content.bodies):
             if number:
                 self._add_body(number, body)
+        VisualReader(self.model).add(self.names.bodies)
         for tag, names in self.names.given.items():
             self.xml.document.notes.append(
                 f"<{tag}> without a name, called here: {', '.join(names)}"

@@ -16,7 +16,7 @@ _SOLVER_SETTINGS = "solref solimp"
 _LIMIT_SETTINGS = "solreflimit solimplimit solreffriction solimpfriction margin"
 _CONTENT = "site geom body frame replicate"
 _DEFAULT_DRIVES = DRIVES.removesuffix(" plugin")
-_OMITTED_CONTENT = "camera light geom"
+_OMITTED_CONTENT = "camera light"
 _CONTROL = (
     "actrange actlimited lengthrange group user"
     " delay interp nsample kp kv ki imax dampratio timeconst inheritrange posrange velrange ffrange"
@@ -37,9 +37,10 @@ _TENDON = vocabulary(
 MJCF: dict[str, Vocabulary] = {
     "mujoco": vocabulary(
         "model",
-        "compiler option default worldbody tendon equality actuator keyframe custom",
-        omitted="size visual statistic asset contact sensor extension",
+        "compiler option default worldbody asset tendon equality actuator keyframe custom",
+        omitted="size visual statistic contact sensor extension",
     ),
+    "asset": vocabulary("", "mesh material", "texture hfield skin model"),
     "compiler": vocabulary(
         "angle boundmass boundinertia autolimits eulerseq balanceinertia inertiafromgeom"
         " inertiagrouprange settotalmass",
@@ -82,7 +83,7 @@ MJCF: dict[str, Vocabulary] = {
         "count euler offset sep prefix childclass", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
     ),
     "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
-    "geom": vocabulary(  # only its mass is used, as a note of the reader says
+    "geom": vocabulary(  # gives mass and visuals; contacts are left out, as the reader says
         "name class type size pos fromto mass density mesh group contype conaffinity condim"
         " priority friction solmix solref solimp margin gap adhesion surfacevel material rgba"
         f" castshadow hfield fitscale fluidshape fluidcoef user shellinertia {_ORIENTATIONS}",
@@ -137,7 +138,10 @@ MJCF: dict[str, Vocabulary] = {
 }
 
 _WITHOUT_MEANING = "size visual statistic contact sensor custom extension"
-_PICTURES = "texture material skin hfield"
+_PICTURES = "texture skin hfield"
+_OF_MATERIALS = (
+    "texture emission specular shininess reflectance metallic roughness texrepeat texuniform"
+)
 _NO_DEFAULTS = "texture material camera light pair adhesion orientation"
 _FILES = "assetdir meshdir texturedir strippath discardvisual fusestatic alignfree"
 
@@ -145,12 +149,16 @@ _FILES = "assetdir meshdir texturedir strippath discardvisual fusestatic alignfr
 OMITTED: dict[str, frozenset[str]] = {
     "mujoco": frozenset(_WITHOUT_MEANING.split()),
     "asset": frozenset(_PICTURES.split()),
+    "material": frozenset({"layer"}),
     "default": frozenset(_NO_DEFAULTS.split()),
     "actuator": frozenset({"adhesion", "orientation"}),
     "compiler": frozenset({"lengthrange"}),
     "": frozenset({"camera", "light", "plugin", "config"}),
 }
+# Its attributes, by its tag; "" for any other:
 OMITTED_ATTRIBUTES: dict[str, frozenset[str]] = {
+    "geom": frozenset(),
+    "material": frozenset(_OF_MATERIALS.split()),
     "compiler": frozenset(_FILES.split()),
     "freejoint": frozenset({"align"}),
     "key": frozenset({"time", "qvel", "act", "ctrl", "mpos", "mquat", "plastic"}),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -30,8 +31,10 @@ from ..extras_writer import (
     link_entry,
     without_empty,
 )
+from ..visual_elements import ROD
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
 from .masses import NEGLIGIBLE
+from .visual_writer import INVISIBLE_TO_CONTACTS, VisualWriter
 
 _TIME_STEP = 5e-4  # [s] of MuJoCo's integrator
 # The stiffest constraints that MuJoCo allows at this step:
@@ -51,10 +54,9 @@ _MOMENT_ROWS = (0, 1, 2, 0, 0, 1)
 _MOMENT_COLUMNS = (0, 1, 2, 1, 2, 2)
 _AXIS_ARM = 0.5  # distance of the two points that tie an axis, over the size of the robot
 _ROUNDING = 1e-15  # relative, of moments
-_INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 
 
-def to_mjcf(robot: AnyRobot) -> str:
+def to_mjcf(robot: AnyRobot, folder: str | Path | None = None) -> str:
     """MJCF text of a robot, with the same names of links and joints.
 
     Weight, masses, friction, drives and springs are the same. Coulomb friction is MuJoCo's, without
@@ -62,17 +64,19 @@ def to_mjcf(robot: AnyRobot) -> str:
 
     Args:
         robot: the robot to write, or its description.
+        folder: of the file. Meshes in it get relative paths, others absolute ones.
 
     Raises:
         InputError: `robot` is neither.
     """
-    return _MjcfWriter(robot_of(robot)).text()
+    return _MjcfWriter(robot_of(robot), None if folder is None else Path(folder)).text()
 
 
 class _MjcfWriter:
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, folder: Path | None) -> None:
         self.robot = robot
         self.description = robot.description
+        self.visuals = VisualWriter(robot.description, folder)
         self.size = shapes.robot_size(robot.description)
         self.joints_on: dict[str, list[Joint]] = {}
         for joint in self.description.joints.values():
@@ -81,6 +85,7 @@ class _MjcfWriter:
     def text(self) -> str:
         root = Element("mujoco", model=self.robot.name)
         self.add_settings(root)
+        self.visuals.add_meshes(root)
         world = SubElement(root, "worldbody")
         self.fill(world, self.description.base)
         self.add_equalities(root)
@@ -111,6 +116,9 @@ class _MjcfWriter:
         for name, link in robot.links.items():
             if name == robot.base or _cannot_be_said(link):
                 extras["links"][name] = link_entry(link)
+        for name, entries in self.visuals.aside().items():
+            link = robot.links.get(name, Link(name))
+            extras["links"][name] = {**link_entry(link), "visuals": entries}
         extras = without_empty(extras)
         for closure in robot.closures:
             if closure.kind == "axis":
@@ -128,7 +136,8 @@ class _MjcfWriter:
 
     def fill(self, body: Element, link: str) -> None:
         """Add shapes, sites, payloads and child bodies of a link."""
-        self.add_rods(body, link)
+        if not self.visuals.add(body, link):
+            self.add_rods(body, link)
         for closure in self.description.closures:
             self.add_closure_sites(body, link, closure)
         for name, frame in shapes.extra_frames(self.description):
@@ -146,7 +155,8 @@ class _MjcfWriter:
         for end in shapes.rods(shapes.attachment_points(self.description, link)):
             ends = numbers_text([0.0, 0.0, 0.0, *end])
             shape = {"type": "capsule", "fromto": ends, "size": radius, "mass": "0"}
-            SubElement(body, "geom", {**shape, **_INVISIBLE_TO_CONTACTS})
+            shape["name"] = f"{ROD}_{next(self.visuals.numbers)}"
+            SubElement(body, "geom", {**shape, **INVISIBLE_TO_CONTACTS})
 
     def add_closure_sites(self, body: Element, link: str, closure: Closure) -> None:
         """Add sites at the ends of a closure on a link and, for an axis, a second site along it."""

@@ -23,6 +23,7 @@ from .poses import WORLD, ModelPoses, pose_entry
 from .selection import Selection
 from .spanning_tree import spanning_tree
 from .versions import read_version
+from .visuals import VisualReader
 
 _DEFAULT_INERTIA = {
     "xx": 1.0,
@@ -53,7 +54,7 @@ def sdf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OPT
         "joints": {},
         "closures": {},
     }
-    document = Document(data, file, {})
+    document = Document(data, file, {}, options)
     xml = XmlReader(file, root, document)
     version = read_version(xml, root)
     chosen = Selection(xml, version, options).chosen()
@@ -93,6 +94,7 @@ class _SdfReader:
         self.model = model
         self.world = world
         self.poses = ModelPoses(xml, model)
+        self.visuals = VisualReader(xml, self.poses)
 
     def read(self) -> None:
         """Fill the document."""
@@ -101,6 +103,7 @@ class _SdfReader:
         data["source"] = str(self.xml.file.name)
         for link in self.model.all("link"):
             self.add_link(link)
+        self.visuals.words.add_notes()
         elements = self.model.all("joint")
         joints = [JointReader(self.xml, self.poses, element) for element in elements]
         base = find_base(self.xml, self.poses, joints)
@@ -133,6 +136,9 @@ class _SdfReader:
             )
         else:
             entry = self.body(inertial, path)
+        visuals = self.visuals.entries(element, path)
+        if visuals:
+            entry["visuals"] = visuals
         self.document.rounded_links.add(name)
         self.xml.add(path, entry, element)
 

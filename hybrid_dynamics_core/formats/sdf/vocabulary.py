@@ -1,7 +1,7 @@
 """The vocabulary of SDFormat 1.3 to 1.12: words that are read, or left out with a note.
 
-http://sdformat.org/spec. Shapes, sensors, plugins and engine settings are left out: they change no
-mass, pose or axis.
+http://sdformat.org/spec. Collisions, sensors, plugins and engine settings are left out: they change
+no mass, pose or axis.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .versions import CONVERT, NAMED_FRAMES, Version
 
 _ADVICE = f"; it may change the robot, so it is not passed over: take it out ({CONVERT})"
 _OMITTED = (
-    "visual collision sensor projector audio_sink audio_source battery light particle_emitter"
+    "collision sensor projector audio_sink audio_source battery light particle_emitter"
     " plugin self_collide contact enable_wind"
 )
 _ADDED_MASS = {"".join(pair): "0" for pair in combinations_with_replacement("xyzpqr", 2)}
@@ -45,7 +45,7 @@ _MODEL: dict[str, Vocabulary] = {
     ),
     "link": vocabulary(
         "name",
-        "pose inertial velocity_decay gravity",
+        "pose inertial velocity_decay gravity visual",
         _OMITTED,
         kinematic="false",
         must_be_base_link="false",

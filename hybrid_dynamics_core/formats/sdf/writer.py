@@ -8,6 +8,7 @@ robot.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -31,8 +32,10 @@ from ..extras_writer import (
     link_entry,
     without_empty,
 )
+from ..visual_elements import ROD, visual_entries
 from ..xml.writer import add_text, insert_comment, number_text, numbers_text, xml_text
 from .poses import WORLD
+from .visuals import VisualWriter
 
 _VERSION = "1.11"
 _NAMESPACE = f"urn:{TAG}"  # SDFormat requires a namespace for foreign elements
@@ -48,23 +51,26 @@ _FEATURES = frozenset(Feature) - {Feature.MIMIC_OF_SEVERAL, Feature.WEIGHT_SHARE
 _Z_AXIS = frozen([0.0, 0.0, 1.0])
 
 
-def to_sdf(robot: AnyRobot) -> str:
+def to_sdf(robot: AnyRobot, folder: str | Path | None = None) -> str:
     """SDFormat text of a robot, with the same names of links and joints.
 
     Loops become joints between links of the tree.
 
     Args:
         robot: the robot to write, or its description.
+        folder: of the file. Meshes in it get relative paths, others absolute ones.
 
     Raises:
         InputError: `robot` is neither, or a name is reserved in SDFormat or used twice.
     """
-    return _SdfWriter(robot_of(robot)).text()
+    return _SdfWriter(robot_of(robot), None if folder is None else Path(folder)).text()
 
 
 class _SdfWriter:
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, folder: Path | None) -> None:
         self.robot = robot.description
+        self.folder = folder
+        self.visuals = VisualWriter(self.robot, folder)
         self.zero = _drawn_coordinates(robot)
         self.size = shapes.robot_size(self.robot)
         self.links = shapes.all_links(self.robot)
@@ -95,6 +101,10 @@ class _SdfWriter:
             is_plain = link.mass and _possible(link.inertia) is link.inertia
             if not is_plain and name != WORLD:
                 others[name] = link_entry(link)
+        visuals_of_world = visual_entries(self.robot, WORLD, self.folder)
+        if visuals_of_world:  # which is no link
+            others[WORLD] = {"visuals": visuals_of_world}
+        extras["links"] = others
         extras["zero"] = without_empty(self.zero)
         return without_empty(extras)
 
@@ -125,9 +135,11 @@ class _SdfWriter:
         if link.gravity_compensation == 1.0:
             add_text(element, "gravity", "false")
         _add_inertial(element, link)
+        if self.visuals.add(element, link.name):
+            return
         for k, end in enumerate(shapes.attachment_points(self.robot, link.name)):
             if shapes.norm(end) > shapes.SHORTEST_ROD:
-                self.add_rod(element, f"{link.name}_rod_{k}", end)
+                self.add_rod(element, f"{ROD}_{k}", end)
 
     def add_rod(self, link: Element, name: str, end: Array) -> None:
         length = shapes.norm(end)

@@ -7,6 +7,7 @@ URDF read the spanning tree.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
 from ...description.document import Data
@@ -28,7 +29,7 @@ _LOOP_TYPES = {  # by kind of closure
 }
 
 
-def to_urdf_plus(robot: AnyRobot) -> str:
+def to_urdf_plus(robot: AnyRobot, folder: str | Path | None = None) -> str:
     """The whole robot as URDF+ text.
 
     Data that URDF+ cannot express are in an element that other programs ignore. A pin of a planar
@@ -37,9 +38,10 @@ def to_urdf_plus(robot: AnyRobot) -> str:
 
     Args:
         robot: the robot to write.
+        folder: of the file. Meshes in it get relative paths, others absolute ones.
     """
     description = description_of(robot)
-    root = tree_element(description)
+    root = tree_element(description, folder)
     for element in root.findall("joint"):
         if element.get("type") != "fixed":
             independent = "false"

@@ -1,6 +1,6 @@
 """Reader of URDF: links and joints of a document. Fixed joints are merged later.
 
-Visuals, collisions and other content without mechanics are left out, with notes. Joints may be
+Collisions and other content without mechanics are left out, with notes. Joints may be
 replaced: a spherical joint by three revolute joints NAME_X, NAME_Y, NAME_Z whose axes meet, a
 universal joint by two.
 """
@@ -26,6 +26,7 @@ from .joints import JointReader
 from .plus_reader import add_extras, add_loops, add_motors, has_loops
 from .replacements import add_replacement
 from .transmissions import Drives
+from .visuals import VisualReader
 from .words import WordCheck
 
 _INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -75,6 +76,7 @@ def add_urdf(
         reader.add_link(element)
     for element in root.all("joint"):
         reader.add_joint(element, replacements, replacements_path)
+    reader.visuals.words.add_notes()
     reader.add_base()
     drives = Drives(xml)
     drives.read()
@@ -154,6 +156,7 @@ class _UrdfReader:
         self.xml = xml
         self.document = xml.document
         self.children: set[str] = set()  # links that are the child of a joint
+        self.visuals = VisualReader(xml)
 
     def check_root(self) -> None:
         """Refuse a file that is no URDF, and add notes on words left out."""
@@ -179,6 +182,9 @@ class _UrdfReader:
             entry = self.body(inertial, path)
             for key in entry:
                 self.xml.locate((*path, key), inertial)
+        visuals = self.visuals.entries(element, path)
+        if visuals:
+            entry["visuals"] = visuals
         self.xml.add(path, entry, element)
         self.document.rounded_links.add(name)
 

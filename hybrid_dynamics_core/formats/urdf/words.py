@@ -23,10 +23,10 @@ _FIXED_JOINT = "fixed joint"
 URDF: dict[str, Vocabulary] = {
     "robot": vocabulary(
         "name version",
-        "link joint gazebo transmission ros2_control loop coupling constraint"
+        "link joint gazebo transmission ros2_control loop coupling constraint material"
         f" drake:ball_constraint {TAG}",
     ),
-    "link": vocabulary("name", "inertial"),
+    "link": vocabulary("name", "inertial visual"),
     "inertial": vocabulary("", "origin mass inertia"),
     "origin": _POSE,
     "mass": vocabulary("value"),
@@ -54,8 +54,7 @@ URDF: dict[str, Vocabulary] = {
 }
 # Words that are known and not read:
 OMITTED: dict[str, Vocabulary] = {
-    "robot": vocabulary("", "material"),
-    "link": vocabulary("type", "visual collision sensor"),
+    "link": vocabulary("type", "collision sensor"),
     "inertia": vocabulary("iyx izx izy"),  # redundant by symmetry
     "joint": vocabulary("", "calibration safety_controller"),
     _FIXED_JOINT: vocabulary("", "axis limit dynamics mimic calibration safety_controller"),
@@ -72,7 +71,18 @@ REFUSED = {
     "drake:linear_bushing_rpy": "it puts springs between two links",
 }
 _SEVERAL = frozenset(
-    {"link", "joint", "gazebo", "transmission", "ros2_control", "loop", "coupling", "constraint"}
+    {
+        "link",
+        "joint",
+        "gazebo",
+        "transmission",
+        "ros2_control",
+        "loop",
+        "coupling",
+        "constraint",
+        "material",
+        "visual",
+    }
 )
 _NAMED = frozenset({"link", "joint", "loop", "coupling", "constraint"})
 _NOTHING = vocabulary()

@@ -1,12 +1,13 @@
 """Writer of URDF: the spanning tree with all joints; loops are cut.
 
-URDF has no loops. With the joint positions of `robot.close` the robot looks closed. Links are drawn
-as thin rods to their joints, pins and frames, since a description has no shapes.
+URDF has no loops. With the joint positions of `robot.close` the robot looks closed. Links without
+visuals are drawn as thin rods to their joints, pins and frames.
 """
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
 from ...description.geometry import rotation_with_z_axis, rpy_of
@@ -15,8 +16,10 @@ from ...ground.arrays import Array
 from ...robot.taken import AnyRobot, description_of
 from .. import shapes
 from ..extras_writer import Feature, extras_of, extras_summary
+from ..visual_elements import ROD
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
 from .joints import UNLIMITED
+from .visuals import VisualWriter
 
 FEATURES = frozenset(
     {Feature.FRICTION, Feature.MIMIC, Feature.EFFORT_LIMITS, Feature.VELOCITY_LIMITS}
@@ -24,7 +27,7 @@ FEATURES = frozenset(
 _LONGEST_TRAVEL = 1e3  # [m] limit of slides without one, since URDF requires both
 
 
-def to_urdf(robot: AnyRobot) -> str:
+def to_urdf(robot: AnyRobot, folder: str | Path | None = None) -> str:
     """The spanning tree of a robot as URDF text, with the same link frames and joint names.
 
     Axes, masses, inertias and two-sided limits are the same too. Frames become massless links on
@@ -33,9 +36,10 @@ def to_urdf(robot: AnyRobot) -> str:
 
     Args:
         robot: the robot that is written.
+        folder: of the file. Meshes in it get relative paths, others absolute ones.
     """
     description = description_of(robot)
-    root = tree_element(description)
+    root = tree_element(description, folder)
     cut = ", ".join(closure.name for closure in description.closures) or "none"
     omitted = extras_summary(extras_of(description, FEATURES))
     limits = limits_text(description)
@@ -64,19 +68,23 @@ def _free_followers(robot: RobotDescription) -> str:
     return f" Joints that follow several others, and are free in this file: {', '.join(names)}."
 
 
-def tree_element(robot: RobotDescription) -> Element:
+def tree_element(robot: RobotDescription, folder: str | Path | None = None) -> Element:
     """The <robot> element of the spanning tree, without a comment.
 
     Args:
         robot: the robot that is written.
+        folder: of the file.
     """
     root = Element("robot", name=robot.name)
     links = shapes.all_links(robot)
+    visuals = VisualWriter(robot, None if folder is None else Path(folder))
     radius = shapes.ROD_RADIUS * shapes.robot_size(robot)
     for name, link in links.items():
         element = _add_link(root, link)
+        if visuals.add(element, name):
+            continue
         for end in shapes.rods(shapes.attachment_points(robot, name)):
-            _add_rod(element, end, radius)
+            _add_rod(element, end, radius, f"{ROD}_{next(visuals.numbers)}")
     for joint in robot.joints.values():
         _add_joint(root, joint, robot)
     for name, frame in shapes.extra_frames(robot):
@@ -135,10 +143,10 @@ def _add_link(root: Element, link: Link) -> Element:
     return element
 
 
-def _add_rod(link: Element, end: Array, radius: float) -> None:
+def _add_rod(link: Element, end: Array, radius: float, name: str) -> None:
     """A rod from the origin of a link to a point of it."""
     length = shapes.norm(end)
-    visual = SubElement(link, "visual")
+    visual = SubElement(link, "visual", name=name)
     add_origin(visual, 0.5 * end, rotation_with_z_axis(end / length))
     geometry = SubElement(visual, "geometry")
     cylinder = SubElement(geometry, "cylinder")

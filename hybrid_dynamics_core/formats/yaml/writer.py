@@ -20,6 +20,7 @@ from ...ground.arrays import Array
 from ...ground.wording import one_line
 from ...robot.taken import AnyRobot, description_of
 from ..extras_writer import compensation_entry, extras_of, without_empty
+from ..visual_elements import visual_entry
 from .names import Names
 from .poses import axis_entry, body_entry, place_entry, pose_entry
 from .text import yaml_text
@@ -28,26 +29,28 @@ _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
 _ROUNDING = 1e-13  # relative rounding of masses that are merged again
 
 
-def to_yaml(robot: AnyRobot) -> str:
+def to_yaml(robot: AnyRobot, folder: str | Path | None = None) -> str:
     """The description file of a robot.
 
     Comments at the top list the loader's notes and changed names.
 
     Args:
         robot: the robot to write, or its description.
+        folder: of the file. Meshes in it get relative paths, others absolute ones.
 
     Raises:
         InputError: `robot` is neither.
     """
     description = description_of(robot)
-    writer = _Writer(description)
+    writer = _Writer(description, None if folder is None else Path(folder))
     text = yaml_text(writer.data())
     return "".join(f"# {line}\n" for line in writer.comments()) + text
 
 
 class _Writer:
-    def __init__(self, robot: RobotDescription) -> None:
+    def __init__(self, robot: RobotDescription, folder: Path | None) -> None:
         self.robot = robot
+        self.folder = folder
         self.names = Names(robot)
         self.extras = extras_of(robot, ())
         # Frames in which link data are given, if not those at their joints.
@@ -129,11 +132,12 @@ class _Writer:
         entries: Data = {}
         bodies = self.robot.links
         if self.robot.base not in bodies:
-            entries[self.names[self.robot.base]] = {}
+            entries[self.names[self.robot.base]] = self.visuals(self.robot.base)
         for name, link in bodies.items():
             if self.keeps_parts(name):
                 link = self.robot.alone.get(name, Link(name))  # noqa: PLW2901
-            entries[self.names[name]] = self.body(link, self.frame_of(name))
+            body = self.body(link, self.frame_of(name))
+            entries[self.names[name]] = body | self.visuals(name)
         return entries
 
     def parts(self) -> Data:
@@ -144,8 +148,20 @@ class _Writer:
             entry: Data = {}
             if self.keeps_parts(place.link):
                 entry = self.body(part, _transform(place))
-            entries[self.names[name]] = entry
+            entries[self.names[name]] = entry | self.visuals(name)
         return entries
+
+    def visuals(self, name: str) -> Data:
+        """The visuals of a link or part, in the frame in which its data are given."""
+        frame = self.frame_of(name)
+        if name in self.robot.parts:
+            frame = _transform(self.robot.frames[name])
+        entries: list[Data] = []
+        for visual in self.robot.visuals.get(name, ()):
+            entry = visual_entry(visual, self.folder)
+            origin = pose_entry(frame.inverse() @ _transform(visual.frame))
+            entries.append(entry | without_empty({"origin": origin}))
+        return without_empty({"visuals": entries})
 
     def keeps_parts(self, body: str) -> bool:
         """Whether a body still is the sum of its parts."""

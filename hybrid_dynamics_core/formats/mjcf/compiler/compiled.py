@@ -62,6 +62,31 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Geom:
+    """A shape on a body.
+
+    Attributes:
+        kind: box, cylinder, sphere, capsule, ellipsoid or mesh; empty for all else.
+        mesh: its file, scale, refpos and refquat.
+        size: as MuJoCo has it: half lengths.
+        colour: nothing where nobody gives any.
+        touches: whether it has contacts.
+    """
+
+    name: str
+    line: str
+    body: int
+    kind: str
+    mesh: dict[str, Any] | None
+    size: list[float]
+    pos: list[float]
+    quat: list[float]
+    colour: list[float]
+    group: int
+    touches: bool
+
+
+@dataclass(frozen=True)
 class Site:
     """A frame on a body."""
 
@@ -132,6 +157,7 @@ class CompiledModel:
     name: str
     bodies: list[Body]
     joints: list[Joint]
+    geoms: list[Geom]
     sites: list[Site]
     equalities: list[Equality]
     tendons: list[Tendon]
@@ -154,6 +180,7 @@ def compiled_model(data: dict[str, Any]) -> CompiledModel:
 _PARTS: dict[str, type] = {
     "bodies": Body,
     "joints": Joint,
+    "geoms": Geom,
     "sites": Site,
     "equalities": Equality,
     "tendons": Tendon,

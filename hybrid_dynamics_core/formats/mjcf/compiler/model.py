@@ -53,6 +53,10 @@ class MjcfModel:
             element = self._text.element(int(place[1]))
         return element or self.xml.root
 
+    def mesh_path(self, name: str) -> str:
+        """The path of a mesh from the file, by the plain name that MuJoCo got."""
+        return self._meshes.paths.get(name, name)
+
     def _require_size(self, element: LocatedElement, copies: int) -> None:
         """Refuse copies of copies before MuJoCo makes them."""
         count = element.get("count")

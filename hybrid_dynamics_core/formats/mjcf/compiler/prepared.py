@@ -68,7 +68,7 @@ class PreparedText:
 
     def _attributes(self, element: LocatedElement) -> str:
         """The relevant attributes of an element, as text."""
-        omitted = OMITTED_ATTRIBUTES[""] | OMITTED_ATTRIBUTES.get(element.tag, _NONE)
+        omitted = OMITTED_ATTRIBUTES.get(element.tag, OMITTED_ATTRIBUTES[""])
         attributes = dict(element.attributes)
         if id(element) in self._mesh_files:
             attributes.setdefault("name", _stem(attributes["file"]))

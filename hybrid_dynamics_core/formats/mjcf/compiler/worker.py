@@ -7,11 +7,13 @@ it if it needs too much time or memory. It serves one model after the other, and
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import resource
 import signal
 import sys
+from pathlib import Path
 from typing import Any, BinaryIO
 
 _MEMORY = 1_000_000_000  # bytes
@@ -31,6 +33,7 @@ class _Compiler:
         self.assets = assets
         self.spec = mujoco.MjSpec.from_string(text, assets=assets)
         self.settings = self.spec.compiler
+        self.geoms = geoms.Geoms(self.spec)
         self.settings.fusestatic = False  # keeps every body
         self.settings.LRopt.mode = _WITHOUT_LIMITS
         self.bodies: list[Any] = []  # by number in the compiled model
@@ -71,13 +74,14 @@ class _Compiler:
         for number, body in enumerate(self.bodies):
             gives_mass = number > 0 and self.moving[number] and self.uses_shapes(body)
             for geom in list(body.geoms):
+                self.geoms.add(geom)
                 geom.contype = geom.conaffinity = 0
                 if not self.is_from_file(geom):
                     continue
                 if gives_mass and self.has_mass(geom):
                     needed.setdefault(geom.meshname, f"{geom.info}|{body.name}")
                 else:
-                    self.spec.delete(geom)
+                    self.geoms.hide(geom, number)
         for mesh in list(self.spec.meshes):
             if mesh.name not in needed:
                 self.spec.delete(mesh)
@@ -171,6 +175,7 @@ class _Compiler:
             "name": self.spec.modelname,
             "bodies": [self.body(body) for body in self.bodies],
             "joints": [self.joint(joint) for joint in _sorted(self.spec.joints)],
+            "geoms": self.geoms.content(model),
             "sites": [self.site(site) for site in _sorted(self.spec.sites)],
             "equalities": [self.equality(one) for one in _sorted(self.spec.equalities)],
             "tendons": [self.tendon(tendon) for tendon in _sorted(self.spec.tendons)],
@@ -203,7 +208,7 @@ class _Compiler:
             "mass": float(model.body_mass[k]),
             "com": model.body_ipos[k].tolist(),
             "inertia": self.inertia(k).tolist(),
-            "is_from_shapes": k > 0 and self.uses_shapes(body) and bool(body.geoms),
+            "is_from_shapes": k > 0 and self.uses_shapes(body) and self.geoms.weigh(body),
             "written": self.explicit.get(k, []),
             "gravity_compensation": float(model.body_gravcomp[k]),
             "is_mocap": bool(model.body_mocapid[k] >= 0),
@@ -364,11 +369,23 @@ def serve(source: BinaryIO, target: BinaryIO, patience: int) -> None:
         target.flush()
 
 
+def beside(name: str) -> Any:
+    """A module of this process, which is a file beside this one."""
+    place = Path(__file__).with_name(f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, place)
+    assert spec is not None and spec.loader is not None  # noqa: S101, PT018
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
 start = json.loads(sys.stdin.buffer.readline())
 sys.path[:] = start["path"]
 import mujoco  # noqa: E402 - found by the parent's path
 import numpy  # noqa: E402
 
+geoms = beside("geoms")
 answer(_FIRST, {})  # loads lazily imported code before the limits apply
 answers = os.fdopen(os.dup(1), "wb")
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # discards what MuJoCo prints

@@ -1,0 +1,211 @@
+"""Visuals of URDF, in both directions.
+
+URDF has no capsules and no ellipsoids, and parsers refuse a file with a shape that they do not
+know. So a capsule is written as a cylinder with two spheres, and an ellipsoid as a sphere inside
+it; their names say what they stand for, and are read back so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement
+
+from ...description.document import Data, KeyPath
+from ...description.geometry import rpy_of
+from ...description.model import RobotDescription, Visual
+from ...errors import DescriptionError
+from ...ground.arrays import Array
+from ..extras_reader import TAG
+from ..visual_elements import ROD, VisualWords, clipped, mesh_entry, mesh_uri, shape_entry
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+from ..xml.vocabulary import vocabulary
+from ..xml.writer import number_text, numbers_text
+
+CAPSULE = f"{TAG}_capsule"  # begin names of visuals
+CAP = f"{TAG}_cap"
+ELLIPSOID = f"{TAG}_ellipsoid"
+
+_SHAPES = "box cylinder sphere capsule mesh drake:capsule drake:ellipsoid"
+_ROUND = vocabulary("radius length")
+WORDS = {
+    "visual": vocabulary("name", "origin geometry material"),
+    "origin": vocabulary("xyz rpy quat_xyzw"),
+    "geometry": vocabulary("", _SHAPES),
+    "box": vocabulary("size"),
+    "cylinder": _ROUND,
+    "sphere": vocabulary("radius"),
+    "capsule": _ROUND,
+    "mesh": vocabulary("filename scale"),
+    "drake:capsule": _ROUND,
+    "drake:ellipsoid": vocabulary("a b c"),
+    "material": vocabulary("name", "color"),
+    "color": vocabulary("rgba"),
+}
+_SIZES = {  # attributes of shapes, with how many numbers they have
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "drake:capsule": {"radius": 1, "length": 1},
+    "drake:ellipsoid": {"a": 1, "b": 1, "c": 1},
+}
+
+
+class VisualReader:
+    """Reads the visuals of links. A wrong one is a note: it is no part of the mechanics."""
+
+    def __init__(self, xml: XmlReader) -> None:
+        self.xml = xml
+        self.words = VisualWords(xml, WORDS)
+        self.materials: dict[str, LocatedElement] = {}
+        for material in xml.root.all("material"):
+            self.words.check(material)
+            self.materials.setdefault(material.get("name"), material)
+
+    def entries(self, link: LocatedElement, path: KeyPath) -> list[Data]:
+        """The visuals of a link as a description has them."""
+        entries: list[Data] = []
+        for visual in link.all("visual"):
+            if visual.get("name").startswith((ROD, CAP + "_")):
+                continue
+            key = (*path, "visuals", len(entries))
+            try:
+                entries.append(self.entry(visual, key))
+            except DescriptionError as error:
+                self.xml.note(visual, f"<visual> is left out: {error.problem}")
+                continue
+            self.xml.locate(key, visual)
+            self.words.check(visual)
+        return entries
+
+    def entry(self, visual: LocatedElement, key: KeyPath) -> Data:
+        """A visual as a description has it.
+
+        Raises:
+            DescriptionError: it has no shape, or a value that is none.
+        """
+        geometry = visual.first("geometry")
+        shapes = []
+        if geometry is not None:
+            shapes = [child for child in geometry.children if child.tag in WORDS]
+        if not shapes:
+            raise self.xml.error(visual, key, f"no shape; expected one of {_SHAPES}")
+        entry = self.shape(shapes[0], key)
+        entry = self.stood_for(visual, entry, key)
+        if visual.first("origin") is not None:
+            entry["origin"] = self.xml.origin(visual, key)
+        colour = self.colour(visual.first("material"), key)
+        if colour is not None:
+            entry["colour"] = colour
+        return entry
+
+    def shape(self, element: LocatedElement, key: KeyPath) -> Data:
+        """The shape in a <geometry>."""
+        if element.tag == "mesh":
+            file = element.get("filename").strip()
+            if not file:
+                raise self.xml.error(element, key, "<mesh> has no filename")
+            scale = self.xml.numbers(element, "scale", 3, key, (1.0, 1.0, 1.0))
+            if not all(scale):
+                raise self.xml.error(element, key, "<mesh> has a scale of 0")
+            return mesh_entry(file, scale)
+        sizes: list[float] = []
+        for attribute, number in _SIZES[element.tag].items():
+            sizes.extend(self.xml.numbers(element, attribute, number, key))
+        shape = element.tag.rpartition(":")[2]
+        return shape_entry(self.xml, element, shape, sizes, key)
+
+    def stood_for(self, visual: LocatedElement, entry: Data, key: KeyPath) -> Data:
+        """The shape that one stands for, as its name says."""
+        name = visual.get("name")
+        if name.startswith(CAPSULE) and "cylinder" in entry:
+            return {"capsule": entry["cylinder"]}
+        if name.startswith(f"{ELLIPSOID} "):
+            numbers = " ".join(name.split()[1:4])
+            named = replace(visual, attributes={"name": numbers})
+            radii = self.xml.numbers(named, "name", 3, key)
+            return shape_entry(self.xml, visual, "ellipsoid", radii, key)
+        return entry
+
+    def colour(self, material: LocatedElement | None, key: KeyPath) -> list[float] | None:
+        """The colour of a material, given here or at the root; None where none is."""
+        if material is None:
+            return None
+        color = material.first("color")
+        if color is None:
+            material = self.materials.get(material.get("name"), material)
+            color = material.first("color")
+        if color is None:
+            return None
+        return clipped(self.xml, color, self.xml.numbers(color, "rgba", 4, key))
+
+
+class VisualWriter:
+    """Writes the visuals of links.
+
+    Args:
+        robot: that is written.
+        folder: of the file, from which paths of meshes start; None for whole paths.
+    """
+
+    def __init__(self, robot: RobotDescription, folder: Path | None) -> None:
+        self.robot = robot
+        self.folder = folder
+        self.numbers = count()  # so that no two visuals have one name
+
+    def add(self, link: Element, name: str) -> bool:
+        """Add all that moves with a link; whether there is anything."""
+        visuals = self.robot.visuals_on(name)
+        for visual in visuals:
+            self.add_visual(link, visual)
+        return bool(visuals)
+
+    def add_visual(self, link: Element, visual: Visual) -> None:
+        """Add a visual in one shape, or in several that look like it."""
+        if visual.shape == "capsule":
+            self.add_capsule(link, visual)
+        elif visual.shape == "ellipsoid":
+            radii = numbers_text(visual.size)
+            geometry = self.add_shape(link, visual, f"{ELLIPSOID} {radii} ")
+            SubElement(geometry, "sphere", radius=number_text(min(visual.size)))
+        elif visual.shape == "mesh":
+            uri = mesh_uri(visual, self.folder, ("package://",), "file://")
+            geometry = self.add_shape(link, visual, "")
+            SubElement(geometry, "mesh", filename=uri, scale=numbers_text(visual.size))
+        elif visual.shape == "box":
+            geometry = self.add_shape(link, visual, "")
+            SubElement(geometry, "box", size=numbers_text(visual.size))
+        else:
+            geometry = self.add_shape(link, visual, "")
+            keys = ("radius", "length")[: len(visual.size)]
+            sizes = dict(zip(keys, map(number_text, visual.size), strict=True))
+            SubElement(geometry, visual.shape, sizes)
+
+    def add_capsule(self, link: Element, visual: Visual) -> None:
+        """Add a cylinder with a sphere at either end."""
+        radius, length = visual.size
+        geometry = self.add_shape(link, visual, f"{CAPSULE}_")
+        SubElement(geometry, "cylinder", radius=number_text(radius), length=number_text(length))
+        for half in (-0.5 * length, 0.5 * length):
+            end = half * visual.frame.rotation[:, 2]
+            cap = self.add_shape(link, visual, f"{CAP}_", end)
+            SubElement(cap, "sphere", radius=number_text(radius))
+
+    def add_shape(
+        self, link: Element, visual: Visual, name: str, shift: Array | float = 0.0
+    ) -> Element:
+        """Add a <visual>, moved by a shift (3,) [m]; its <geometry>, which is empty."""
+        element = SubElement(link, "visual")
+        if name:
+            element.set("name", f"{name}{next(self.numbers)}")
+        origin = SubElement(element, "origin")
+        origin.set("xyz", numbers_text(visual.frame.translation + shift))
+        origin.set("rpy", numbers_text(rpy_of(visual.frame.rotation)))
+        geometry = SubElement(element, "geometry")
+        if visual.colour is not None:
+            material = SubElement(element, "material", name=f"colour_{next(self.numbers)}")
+            SubElement(material, "color", rgba=numbers_text(visual.colour))
+        return geometry
