@@ -81,6 +81,11 @@ def unmeasured_lines(active: Sequence[str], measured: Sequence[str]) -> list[str
     )
 
 
+def pressure_lines(source: str) -> list[str]:
+    """Which recorded efforts are from pressures, where some are."""
+    return _wrap(f"Recorded efforts of {source}.") if source else []
+
+
 def _verdict(result: IdentificationResult, count: int) -> list[str]:
     """What could be found of some base parameters, and what could not."""
     sentences: list[str] = []

@@ -30,7 +30,7 @@ from .common import (
     tell_losses,
     topic_option,
 )
-from .identification_text import Numbers, report_lines, unmeasured_lines
+from .identification_text import Numbers, pressure_lines, report_lines, unmeasured_lines
 
 BASE_COLUMNS: Final = ("estimate", "low", "high", "physical", "file")
 EFFORT_COLUMNS: Final = ("recorded", "left_by_file", "left_by_estimate", "explained")
@@ -127,14 +127,16 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     base = base_rows(result)
     efforts = effort_rows(result)
     lines = report_lines(result, base, efforts, machine.joint_types, everything=everything)
-    lines = [*unmeasured_lines(machine.active, result.joints), *lines]
+    first = pressure_lines(recording.pressure_source)
+    lines = [*first, *unmeasured_lines(machine.active, result.joints), *lines]
     counts = recording.counts
     if counts.wraps:
         lines += ["", f"samples: {counts.summary()}"]
     if place is not None:
         write_base(place, base)
         lines += ["", written(place, "the base parameters")]
-    answer = facts(result, base, efforts, recording.losses) | {"summary": counts.summary()}
+    answer = facts(result, base, efforts, recording.losses)
+    answer |= {"summary": counts.summary(), "from_pressures": list(recording.pressed)}
     show(answer, as_json, "\n".join(lines))
     tell_losses(recording.losses)
     if recording.losses:

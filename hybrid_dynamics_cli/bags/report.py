@@ -29,6 +29,7 @@ from .common import (
     tell_losses,
     topic_option,
 )
+from .identification_text import pressure_lines
 
 ERROR_HEAD: Final = (
     "effort error",
@@ -96,6 +97,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     errors = effort_errors(recording)
     lines = [
         written(place, f"report: {recording.counts.summary()}"),
+        *pressure_lines(recording.pressure_source),
         *error_lines(recording, errors),
         *outlier_lines(recording),
     ]
@@ -130,6 +132,7 @@ def facts(
             "missing": stamps.missing_count,
             "gaps": len(recording.gaps),
         },
+        "from_pressures": list(recording.pressed),
         "efforts": {error.joint: error.facts for error in errors},
         "strays": [outlier.describe(joints, start_ns) for outlier in recording.outliers],
         "losses": recording.losses,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ..messages.interfaces import deserialize
@@ -30,28 +32,13 @@ class RecordedPressures:
         self._pressures = pressures
         log_ns: list[int] = []
         newest: list[tuple[MeasuredForces, ...]] = []
-        topic = _topic_of(source)
-        for _, messages in source.read(frozenset([topic])) if topic else ():
-            for row, log in enumerate(messages.log_ns.tolist()):
-                problem = self._take(messages.message(row))
-                if problem:
-                    losses.add(f"{topic}: message logged at {log} ns: {problem}")
-                log_ns.append(log)
-                newest.append(pressures.newest)
+        for log, _ in read_pressures(pressures, source, losses):
+            log_ns.append(log)
+            newest.append(pressures.newest)
         pressures.newest = ()
         order = np.argsort(np.array(log_ns, dtype=np.int64), kind="stable")
         self._log_ns = np.array(log_ns, dtype=np.int64)[order]
         self._newest = [(), *(newest[k] for k in order)]
-
-    def _take(self, data: bytes) -> str:
-        """Take a message, or say why it cannot be used."""
-        try:
-            self._pressures.take(sample_of_pressures(deserialize(data, PRESSURES)))
-        except RejectedError as error:
-            return error.rejection.text
-        except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes
-            return str(error) or type(error).__name__
-        return ""
 
     def add_to(self, result: BatchResult) -> None:
         """Give results the forces that were measured until then."""
@@ -71,7 +58,40 @@ class RecordedPressures:
             start = end
 
 
-def _topic_of(source: BagReader) -> str:
+def read_pressures(
+    pressures: PressureInput, source: BagReader, losses: Losses
+) -> Iterator[tuple[int, bool]]:
+    """Take all pressures of a bag, one message after the other.
+
+    Args:
+        pressures: takes them.
+        source: the bag.
+        losses: messages that cannot be used are added.
+
+    Yields:
+        Log time of each message [ns], and whether it was taken.
+    """
+    topic = pressure_topic(source)
+    for _, messages in source.read(frozenset([topic])) if topic else ():
+        for row, log in enumerate(messages.log_ns.tolist()):
+            problem = _take(pressures, messages.message(row))
+            if problem:
+                losses.add(f"{topic}: message logged at {log} ns: {problem}")
+            yield log, not problem
+
+
+def _take(pressures: PressureInput, data: bytes) -> str:
+    """Take a message, or say why it cannot be used."""
+    try:
+        pressures.take(sample_of_pressures(deserialize(data, PRESSURES)))
+    except RejectedError as error:
+        return error.rejection.text
+    except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes
+        return str(error) or type(error).__name__
+    return ""
+
+
+def pressure_topic(source: BagReader) -> str:
     """The topic with pressures; "" where there is none or it is not clear."""
     if PRESSURE_INPUT in source.topics:
         return PRESSURE_INPUT

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,11 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.effort_error import effort_errors
+from hybrid_dynamics_ros.bags.analysis.pressure_efforts import PressureEfforts
+from hybrid_dynamics_ros.bags.analysis.report_tables import facts_table
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.recorded_pressures import PRESSURE_INPUT
+from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.messages.joint_samples import (
     JointSample,
@@ -28,6 +35,7 @@ from hybrid_dynamics_ros.messages.pressures import (
 )
 from hybrid_dynamics_ros.stream.joint_topics import MeasuredEfforts
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
+from tests.bags.calling import printed
 from tests.bags.messages import START, joint_state, motion_of
 from tests.sampling import examples
 
@@ -148,3 +156,110 @@ def test_pressures_that_cannot_be_used_are_refused(excavator, names, cap, stamp_
         taken.take(PressureSample(stamp_ns, names, np.array(cap), np.array(cap)))
     assert caught.value.rejection.code is code
     assert taken.newest == ()
+
+
+def swung(robot, time):
+    """A motion about the reference: u, u', u'' (N, n)."""
+    rng = np.random.default_rng(4)
+    w = 2.0 * np.pi * rng.uniform(0.1, 0.6, (2, len(robot.active)))
+    room = np.minimum(robot.limits[:, 1] - robot.reference, robot.reference - robot.limits[:, 0])
+    half = 0.4 * np.minimum(room, 1.0)
+    angle = w[:, None] * time[:, None]
+    parts = np.sin(angle), w[:, None] * np.cos(angle), -(w[:, None] ** 2) * np.sin(angle)
+    position, *rates = (0.5 * half * part.sum(axis=0) for part in parts)
+    return robot.reference + position, *rates
+
+
+def measured_bag(path, robot, count=1200, late=0.003):
+    """Joint states with wrong efforts, and pressures of the true ones, with other stamps."""
+    time = np.arange(count) / 100.0
+    u, du, _ = swung(robot, time)
+    state = robot.close(*swung(robot, time + late)[:2])
+    efforts = robot.inverse_dynamics(state, swung(robot, time + late)[2])
+    cylinders = robot.hydraulics(state, efforts)
+    cap = np.array([cylinders[name].cap_pressure for name in CYLINDERS]).T
+    rod = np.array([cylinders[name].rod_pressure for name in CYLINDERS]).T
+    entries = []
+    wrong = [np.nan, 1e5, 1e5, 1e5]
+    for k, second in enumerate(time.tolist()):
+        stamp = START + round(1e9 * second)
+        data = joint_state(stamp, robot.active, u[k], du[k], wrong if k % 2 else ())
+        entries.append((INPUT, JOINT_STATE, stamp, data))
+        stamp += round(1e9 * late)
+        data = pressures(stamp, CYLINDERS, cap[k], rod[k])
+        entries.append((PRESSURE_INPUT, PRESSURES, stamp, data))
+    return write(path, entries)
+
+
+@pytest.fixture(scope="module")
+def measured(excavator, tmp_path_factory):
+    return measured_bag(tmp_path_factory.mktemp("measured") / "in", excavator)
+
+
+def test_reports_compare_required_efforts_with_those_of_pressures(excavator, measured):
+    recording = collect(measured, "excavator", smooth="spline")
+    assert recording.pressed == CYLINDERS
+    errors = {error.joint: error for error in effort_errors(recording)}
+    for name in CYLINDERS:
+        size = np.nanstd(recording.recorded[:, excavator.active.index(name)])
+        assert errors[name].count > 1000
+        assert errors[name].near < 1e-3 * size
+    assert "boom_cylinder, stick_cylinder, bucket_cylinder: from the pressures" in facts_table(
+        recording
+    )
+
+
+def test_parameters_are_identified_from_pressures(measured):
+    call = ("identify", measured, "--robot", "excavator", "--links", "bucket", "--from", "0.1")
+    found = json.loads(printed(*call, "--json"))
+    assert found["from_pressures"] == list(CYLINDERS)
+    assert found["worse_than_file"] == []
+    assert list(found["held_out"]) == list(CYLINDERS)
+    assert all(row["explained"] > 0.9999 for row in found["held_out"].values())
+    text = printed(*call)
+    assert "Recorded efforts of boom_cylinder" in text.replace("\n", " ")
+
+
+@pytest.mark.parametrize("active", [(), ("slew", "boom_pitch", "stick_pitch", "bucket_pitch")])
+def test_efforts_of_pressures_have_the_power_of_the_cylinders(excavator, measured, active):
+    """Wherever the active coordinates are: efforts times rates are forces times rates of rods."""
+    robot = excavator
+    if active:
+        robot = Robot(replace(excavator.description, active=active))
+    rng = np.random.default_rng(2)
+    stamps = START + rng.integers(0, 12 * 10**9, 300)
+    state = excavator.close(*swung(excavator, (stamps - START) * 1e-9)[:2])
+    with BagReader(measured) as source:
+        taken = PressureEfforts(robot, source, 0.2)
+    by_name = dict(zip(excavator.coordinates, state.s.T, strict=True))
+    u = np.stack([by_name[name] for name in robot.active], axis=1)
+    rates = dict(zip(excavator.coordinates, state.ds.T, strict=True))
+    du = np.stack([rates[name] for name in robot.active], axis=1)
+    efforts = taken.efforts(stamps, robot.close(u, du))
+    slew = robot.active.index("slew")
+    others = [k for k in range(4) if k != slew]
+    forces = taken.forces(stamps)[:, [robot.drives.index(name) for name in CYLINDERS]]
+    speeds = np.stack([rates[name] for name in CYLINDERS], axis=1)
+    is_there = np.isfinite(forces).all(axis=1)
+    assert is_there.sum() > 290
+    power = (efforts[:, others] * du[:, others]).sum(axis=1)
+    np.testing.assert_allclose(power[is_there], (forces * speeds).sum(axis=1)[is_there], atol=1e-3)
+    assert np.isnan(efforts[:, slew]).all()
+    assert np.isnan(efforts[~is_there]).any(axis=1).all()
+
+
+def test_readings_far_from_a_stamp_do_not_count(excavator, tmp_path):
+    entries = []
+    for second in (0.0, 0.1, 0.9):
+        stamp = START + round(1e9 * second)
+        data = pressures(stamp, CYLINDERS[:1], [1e7 * (1.0 + second)], [0.0])
+        entries.append((PRESSURE_INPUT, PRESSURES, stamp, data))
+    with BagReader(write(tmp_path / "in", entries)) as source:
+        taken = PressureEfforts(excavator, source, 0.2)
+    stamps = START + np.array([-1, 0, 50, 100, 150, 500, 900, 901]) * MS
+    forces = taken.forces(stamps)[:, excavator.drives.index("boom_cylinder")]
+    cylinder = excavator.cylinders["boom_cylinder"]
+    area = cylinder.sign * cylinder.cap_area
+    nan = np.nan
+    expected = 1e7 * area * np.array([nan, 1.0, 1.05, 1.1, nan, nan, 1.9, nan])
+    np.testing.assert_allclose(forces, expected, rtol=1e-12)

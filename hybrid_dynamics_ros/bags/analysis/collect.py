@@ -30,6 +30,7 @@ from ..settings import make_pipeline
 from ..smooth import estimates_of
 from ..storage.bag_reader import BagReader
 from .error_statistics import ErrorStatistics
+from .pressure_efforts import PressureEfforts
 from .recording import COMPUTED, EvaluatedRecording
 from .stamp_intervals import StampIntervals
 
@@ -76,6 +77,7 @@ def collect(  # noqa: PLR0913 - the command's options
             span=span,
             max_gap=settings[MAX_GAP],
             every=max(1, math.ceil(count / most)),
+            pressures=PressureEfforts(machine, source, settings[PARTIAL_AGE]),
         )
         evaluator = pipeline.evaluator
         decoder = Decoder(
@@ -135,7 +137,7 @@ class _Results:
 class _Collector:
     """Evaluates samples, and keeps some of them with their results."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - as of `collect`
         self,
         pipeline: Pipeline,
         *,
@@ -144,6 +146,7 @@ class _Collector:
         span: Span,
         max_gap: float,
         every: int,
+        pressures: PressureEfforts,
     ) -> None:
         """Nothing is collected yet.
 
@@ -154,6 +157,7 @@ class _Collector:
             span: from and to, since the first stamp of the bag [s].
             max_gap: between stamps [s].
             every: one in so many samples is kept.
+            pressures: of the bag.
         """
         self._pipeline = pipeline
         self._evaluator = pipeline.evaluator
@@ -164,6 +168,8 @@ class _Collector:
         self._span = span
         self._max_gap = max_gap
         self._every = every
+        self._pressures = pressures
+        self._is_pressed = np.zeros(len(pipeline.evaluator.robot.active), dtype=bool)
         self._waiting: list[Samples] = []  # to be smoothed together
         self._results: list[_Results] = []
         self._errors = ErrorStatistics.empty(len(self._robot.active))
@@ -258,6 +264,8 @@ class _Collector:
             errors=self._errors,
             losses=losses,
             smooth=self._smooth,
+            pressure_topic=self._pressures.topic,
+            pressed=tuple(np.array(self._robot.active)[self._is_pressed].tolist()),
             causal_lag=self._evaluator.estimator.lag(measured=mostly_measured),
         )
 
@@ -296,9 +304,8 @@ class _Collector:
         """Keep some samples with their results, and the errors of all."""
         if result is None:
             return
-        recorded = samples.effort[result.rows]
-        if recorded.shape == result.efforts.shape:
-            self._errors.add(recorded, result.efforts, result.stamp_ns)
+        recorded = self._recorded(samples, result)
+        self._errors.add(recorded, result.efforts, result.stamp_ns)
         rows = np.arange(0, len(result), self._every)
         self._results.append(
             _Results(
@@ -314,6 +321,14 @@ class _Collector:
         for row in missing[:free]:
             if row not in samples.rejected and row not in samples.broken:
                 self._refuse(int(samples.stamp_ns[row]), "refused by the model")
+
+    def _recorded(self, samples: Samples, result: BatchResult) -> FloatArray:
+        """Efforts of the joint states, and in place of them those that pressures measure (m, n)."""
+        efforts = samples.effort[result.rows]
+        measured = self._pressures.efforts(result.stamp_ns, result.state)
+        has_pressures = np.isfinite(measured)
+        self._is_pressed |= has_pressures.any(axis=0)
+        return np.where(has_pressures, measured, efforts)
 
     def _refuse(self, stamp_ns: int, why: str) -> None:
         if len(self._refused) < _MAX_LISTED:

@@ -24,6 +24,7 @@ from hybrid_dynamics_core.identification import (
 from hybrid_dynamics_core.robot.robot import Robot
 
 from ...messages.joint_samples import FloatArray
+from ...messages.pressures import PRESSURES
 from ..errors import BagError
 from .identification_result import ExcludedSample, IdentificationResult
 from .recording import EvaluatedRecording
@@ -146,7 +147,8 @@ def _usable_rows(recording: EvaluatedRecording, columns: Sequence[int]) -> Rows:
     text = (
         f"{recording.topic}: {counted(len(rows), 'sample')} {have} recorded efforts of"
         f" {', '.join(recording.robot.active[k] for k in columns)} and accelerations;"
-        " identification needs the effort field of the recorded joint states"
+        " identification needs the effort field of the recorded joint states, or pressures of"
+        f" the cylinders ({PRESSURES})"
     )
     if recording.is_computed:
         text += (

@@ -48,6 +48,8 @@ class EvaluatedRecording:
         stamps: intervals between all stamps.
         errors: recorded less computed efforts over all samples.
         losses: what could not be read.
+        pressure_topic: with pressures of the cylinders; empty where there is none.
+        pressed: active joints whose recorded efforts are those that pressures measure.
         smooth: how accelerations were found, one of `job.SMOOTHINGS`.
         causal_lag: how late they are where they come from the node's filter [s].
     """
@@ -71,6 +73,8 @@ class EvaluatedRecording:
     stamps: StampIntervals
     errors: ErrorStatistics
     losses: list[str]
+    pressure_topic: str
+    pressed: tuple[str, ...]
     smooth: str
     causal_lag: float
 
@@ -91,6 +95,13 @@ class EvaluatedRecording:
         Their efforts are the model's then.
         """
         return self.topic == COMPUTED
+
+    @property
+    def pressure_source(self) -> str:
+        """Which recorded efforts are from pressures, in words; empty where none are."""
+        if not self.pressed:
+            return ""
+        return f"{', '.join(self.pressed)}: from the pressures on {self.pressure_topic}"
 
     @property
     def power(self) -> FloatArray:

@@ -49,6 +49,8 @@ def facts_table(recording: EvaluatedRecording) -> str:
     if not recording.is_causal:
         rows.append(("samples off the motion", _outlier_times(recording)))
     rows.append(("gaps", _gaps(recording)))
+    if recording.pressed:
+        rows.append(("recorded efforts", recording.pressure_source))
     if recording.robot.loops:
         residual = float(np.max(recording.state.residual))
         rows.append(("largest residual", f"{residual:.2g}"))
