@@ -14,7 +14,7 @@ import numpy as np
 from ..closure.closed_motion import ClosedMotion
 from ..ground.arrays import Array
 from ..kernels.run import Codes
-from ..kernels.status import GOOD, JUMP
+from ..kernels.status import GOOD, JUMP, any_failed
 from ..programs import Model
 from .continuation import Mask, Rows, continue_to
 from .turns import FreeTurns
@@ -127,7 +127,7 @@ class ClosureSolver:
             return self._run(u, du, signs, self._reference)
         # a short move from the reference keeps its turns
         values, codes = self._runs.step(u, du, signs, self.reference(signs))
-        if not codes.any():
+        if not any_failed(codes):
             return values, codes
         if u.ndim == 1:
             return self._from_reference(u, du, signs)

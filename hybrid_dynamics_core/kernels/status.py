@@ -3,6 +3,11 @@
 They are zero or negative: the checks of a program have positive codes.
 """
 
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
 GOOD = 0
 # The state closes, but not continuously from the start. Continuation sets it, no kernel does.
 JUMP = -1
@@ -12,3 +17,10 @@ NOT_FINITE = -2
 NOT_TAKEN = -3
 # M-bar is singular: some motion of the active joints moves no mass.
 MASS_SINGULAR = -4
+
+
+def any_failed(codes: NDArray[np.int64]) -> bool:
+    """Whether a state of status codes () or (N,) has no answer."""
+    if codes.ndim == 0:
+        return codes.item() != GOOD  # far quicker than `any`
+    return bool(codes.any())

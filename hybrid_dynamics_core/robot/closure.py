@@ -367,7 +367,7 @@ class Closure:
         if near is None:
             return None
         self.check_state(near)
-        if np.any(near.status):
+        if near.status if near.u.ndim == 1 else np.any(near.status):
             raise InputError(
                 "near: the state is not closed (its status says why); come from one that is"
             )

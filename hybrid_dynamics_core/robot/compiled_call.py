@@ -14,6 +14,7 @@ from ..ground.check_arrays import finite_vectors, real_array
 from ..ground.lazy import lazy
 from ..kernels.caller import Signature, make_caller
 from ..kernels.run import Codes, Kernel
+from ..kernels.status import any_failed
 from .call_kernels import CallKernels
 from .closure import Closure
 from .closure_runs import start_inputs
@@ -110,7 +111,7 @@ class CompiledCall:
             codes = self._run_from_reference(inputs, outs, threads, check)
         else:
             codes = self._run(inputs, outs, threads)
-        if codes.any():
+        if any_failed(codes):
             self._mark_failures(inputs, outs, codes, check)
         if len(outs) == 1:
             return outs[0]
@@ -139,7 +140,7 @@ class CompiledCall:
         else:
             state = self._closure.close_path(inputs["u"], near=near)
         codes = self._run(inputs | {"branch": state.signs, "guess": state.s}, outs, threads)
-        if not codes.any():
+        if not any_failed(codes):
             start.move_to(state)
         return codes
 
@@ -156,7 +157,7 @@ class CompiledCall:
         from_start = {**inputs, **start_inputs(self._closure.reference_start)}
         arguments = [from_start[name] for name in self._kernels.names_from_start]
         codes = _run_kernel(self._kernels.from_start, arguments, outs, threads)
-        if not codes.any():
+        if not any_failed(codes):
             return codes
         self._check_finite(inputs)
         if codes.ndim == 0:

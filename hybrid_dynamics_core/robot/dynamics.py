@@ -22,7 +22,7 @@ from ..errors import InputError, MassSingularityError
 from ..ground.arrays import Array
 from ..ground.check_arguments import require_type
 from ..ground.lazy import lazy
-from ..kernels.status import GOOD, MASS_SINGULAR
+from ..kernels.status import GOOD, MASS_SINGULAR, any_failed
 from ..mechanism.total_inertia import total_mass
 from .closure import Closure
 from .kernel_store import KernelStore
@@ -378,7 +378,7 @@ class Dynamics:
         inputs |= {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s}
         inputs["gravity"] = loads.gravity
         values, codes = kernel(*[inputs[name] for name in names])
-        if codes.any():
+        if any_failed(codes):
             singular = np.asarray(codes == MASS_SINGULAR)
             if singular.any():
                 raise self._mass_singularity(state, singular, inputs["tau"], loads)

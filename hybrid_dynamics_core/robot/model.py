@@ -220,6 +220,9 @@ class RobotModel:
         # where each block is a loop there is nothing to do
         if not starts or order == starts:
             return distances
+        if distances.ndim == 1:
+            listed = distances.tolist()  # plain floats are quicker than NumPy here
+            return np.array([min([listed[k] for k in blocks]) for blocks in self._loop_blocks])
         by_loop = distances[..., order]
         nearest: Array = np.minimum.reduceat(by_loop, starts, axis=-1)
         return nearest
@@ -234,6 +237,13 @@ class RobotModel:
             starts.append(len(order))
             order += [k for k, name in enumerate(names) if name == loop]
         return order, starts
+
+    @lazy
+    def _loop_blocks(self) -> list[list[int]]:
+        """The blocks of each loop."""
+        order, starts = self._loop_order
+        ends = [*starts[1:], len(order)]
+        return [order[start:end] for start, end in zip(starts, ends, strict=True)]
 
     @lazy
     def program_model(self) -> Model:

@@ -14,7 +14,7 @@ from ..closed_state.diagnosis import raise_for_status
 from ..closed_state.state import ClosedState, ClosureStatus, closure_statuses
 from ..ground.arrays import Array, frozen
 from ..kernels.run import Codes
-from ..kernels.status import GOOD
+from ..kernels.status import GOOD, any_failed
 from .model import RobotModel
 
 
@@ -23,6 +23,7 @@ class StateBuilder:
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
+        self._iterated = [block.name for block in model.plan.blocks if block.iterates]
         self._branches: dict[bytes, Mapping[str, str]] = {}
         self._passive_angles: dict[str, tuple[int, float]] = {}
         for k in range(len(model.active), len(model.coordinates)):
@@ -73,7 +74,7 @@ class StateBuilder:
                 status = ClosureStatus(int(status))
                 iterations = int(iterations)
                 residual = float(residual)
-        return ClosedState(
+        return ClosedState.of_fields(
             u=frozen(u),
             du=frozen(du),
             s=values["s"],
@@ -87,6 +88,7 @@ class StateBuilder:
             distances=self._model.loop_distances(values["distances"]),
             status=status,
             iterations=iterations,
+            dds=None,
             passive_angles=self._passive_angles,
         )
 
@@ -96,9 +98,11 @@ class StateBuilder:
         Loops without a closed form are on the mode they came from.
         """
         branch = dict(state.branch)
-        for block in self._model.plan.blocks:
-            if block.iterates and block.name in near.branch:
-                branch[block.name] = near.branch[block.name]
+        for name in self._iterated:
+            if name in near.branch:
+                branch[name] = near.branch[name]
+        if branch == state.branch:
+            return state
         return replace(state, branch=MappingProxyType(branch))
 
     def _mark_failures(
@@ -110,7 +114,7 @@ class StateBuilder:
         check: bool,
     ) -> None:
         """Raise for rows that do not close; without `check` make them NaN."""
-        if not codes.any():
+        if not any_failed(codes):
             return
         if check:
             model = self._model.program_model
