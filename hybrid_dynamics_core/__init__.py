@@ -1,4 +1,4 @@
-"""Kinematics and dynamics of hybrid robots: serial arms with closed loops, by the active joints.
+"""Kinematics and dynamics of hybrid robots: serial arms with closed loops.
 
 >>> from hybrid_dynamics_core import load
 >>> robot = load("forging_chu2020")

@@ -1,4 +1,4 @@
-"""Errors that carry their evidence: what was wrong, where, what was expected, what to do."""
+"""Errors with evidence: what was wrong and where, what was expected, and what to do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 class HybridDynamicsError(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base class of all errors of this package."""
 
 
 class DescriptionError(HybridDynamicsError):
@@ -39,13 +39,13 @@ class DescriptionError(HybridDynamicsError):
 
 
 class UndecidedModeError(DescriptionError):
-    """A description leaves open in which of its assembly modes a loop closes.
+    """A description does not determine the assembly mode of a loop.
 
-    Its attributes are those of DescriptionError, and these:
+    It has the attributes of DescriptionError, and these:
 
     Attributes:
         loop: name of the loop.
-        modes: names that can stand as ``assembly``.
+        modes: possible values of ``assembly``.
     """
 
     def __init__(self, error: DescriptionError, *, loop: str, modes: tuple[str, ...]) -> None:
@@ -55,18 +55,18 @@ class UndecidedModeError(DescriptionError):
 
 
 class InputError(HybridDynamicsError, ValueError):
-    """An argument cannot be used: wrong shape, not finite, unknown name."""
+    """An argument is wrong: its shape, a value that is not finite, an unknown name."""
 
 
 class UnknownNameError(InputError, KeyError):
-    """There is nothing of this name; the message lists the names that exist."""
+    """A name is unknown; the message lists the existing names."""
 
     def __str__(self) -> str:
-        return str(self.args[0])  # a KeyError alone would show it in quotes
+        return str(self.args[0])  # KeyError would show it in quotes
 
 
 class StateError(HybridDynamicsError, ArithmeticError):
-    """The mechanism has no usable answer at this input.
+    """The mechanism has no usable state at an input.
 
     Attributes:
         loop: name of the loop.
@@ -79,7 +79,7 @@ class StateError(HybridDynamicsError, ArithmeticError):
         super().__init__(_with_row(message, index))
 
     def place_in_row(self, index: int) -> None:
-        """Say in which row of a batch the error is, where one row after another is computed."""
+        """Set the row of a batch in which the error occurred."""
         self.index = index
         self.args = (_with_row(str(self), index),)
 
@@ -89,7 +89,7 @@ class ClosureError(StateError):
 
     Attributes:
         loop: name of the loop.
-        coordinate: the one that is out of range; None when several act together.
+        coordinate: name of the coordinate that is out of range; None if several together are.
         value: its value [rad or m], or None.
         allowed: (lower, upper) range in which the loop closes [rad or m], or None.
         index: row in a batch, or None.
@@ -134,8 +134,8 @@ class MassSingularityError(HybridDynamicsError, ArithmeticError):
 
     Attributes:
         joint: the active joint that moves most in that motion.
-        direction: (n,) that motion, over the active joints.
-        eigenvalues: (n,) of M-bar, ascending.
+        direction: (n,) that motion of the active joints.
+        eigenvalues: (n,) eigenvalues of M-bar, ascending.
         index: row in a batch, or None.
     """
 
@@ -156,7 +156,7 @@ class MassSingularityError(HybridDynamicsError, ArithmeticError):
 
 
 class MissingPackageError(HybridDynamicsError, ImportError):
-    """A package that only some functions need is not installed.
+    """An optional package is not installed.
 
     Attributes:
         extra: the extra of this package that installs it.
@@ -172,7 +172,7 @@ class MissingPackageError(HybridDynamicsError, ImportError):
 
 
 def _location(file: str | Path | None, line: int | None) -> str:
-    """`FILE:LINE`, or what there is of it."""
+    """`FILE:LINE`, or the part that is known."""
     name = "" if file is None else str(file)
     if line is None:
         return name

@@ -27,7 +27,7 @@ _SUFFIXES = (".yaml", ".yml", ".json", ".urdf", ".sdf", ".xml", ".mjcf", ".xacro
 
 
 def shipped_robots() -> tuple[str, ...]:
-    """Names that `load` knows without a path."""
+    """Names of the robots in this package, for `load`."""
     files = resources.files(__package__).joinpath("robots").iterdir()
     names = [Path(file.name).stem for file in files if file.name.endswith(".yaml")]
     return tuple(sorted(names))
@@ -42,29 +42,29 @@ def load(
     search_path: PathText | Iterable[PathText] = (),
     model: str = "",
 ) -> Robot:
-    """A robot from a shipped name such as "forging_chu2020", or from a description file.
+    """Load a shipped robot, such as "forging_chu2020", or a description file.
 
-    The content of the file tells its format: YAML or JSON, URDF(+), robot.yaml beside a URDF,
+    The format is recognised by the content: YAML or JSON, URDF(+), robot.yaml beside a URDF,
     SDFormat, or MJCF. A file whose name ends in .xacro is expanded first.
 
     Args:
         robot: name of a shipped robot, or path of a file.
-        strict: whether inertias that no rigid body has are refused. Else a note tells of each.
-        parameters: values in place of those of the `parameters` of a description file: numbers in
-            SI units, or expressions.
+        strict: whether impossible inertias are refused. Otherwise each gets a note.
+        parameters: values that replace those in `parameters` of a description file: numbers in SI
+            units, or expressions.
         xacro_args: arguments of a xacro file.
-        search_path: folder, or folders, in which packages are looked for.
-        model: name of the robot in an SDFormat file of several; that of the world for all of them.
+        search_path: a folder, or several, to search for packages.
+        model: name of the model in an SDFormat file of several; the name of the world for all.
 
     Returns:
         The robot, with its loops analysed.
 
     Raises:
-        InputError: a name that is neither a shipped robot nor a file, or a parameter or argument
-            that the file does not have.
+        InputError: the name is neither a shipped robot nor a file, or a parameter or argument is
+            unknown.
         DescriptionError: the file is wrong.
-        NoDescriptionError: a path with nothing, or no robot description, at it. It is both of the
-            errors above.
+        NoDescriptionError: the path is missing, or no robot description; it is both an InputError
+            and a DescriptionError.
     """
     options = file_options(parameters, xacro_args, search_path, model)
     return Robot(_checked_description(_with_options(robot, options), strict))
@@ -73,33 +73,33 @@ def load(
 def load_undecided(
     robot: PathText, strict: bool = False
 ) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
-    """A robot as `load` gives it, and an error for each loop whose assembly mode is left open.
+    """Load a robot, with an error for each loop whose assembly mode is undecided.
 
-    An open loop takes the first mode in which the loops after it close too. This is for looking at
-    the modes before one is chosen: compute nothing with a robot that has open loops.
+    Such a loop takes the first mode in which the loops after it close too. This is for showing the
+    modes before one is chosen. Do not compute with a robot that has undecided loops.
 
     Args:
-        robot: name of a shipped robot, or path of a file; a RobotFile has parameters too.
-        strict: as for `load`.
+        robot: name of a shipped robot, or path of a file; a RobotFile has options too.
+        strict: as in `load`.
 
     Returns:
-        The robot, and the errors that `load` would raise for its open loops.
+        The robot, and the errors that `load` would raise for its undecided loops.
 
     Raises:
-        InputError, DescriptionError: as for `load`.
+        InputError, DescriptionError: as in `load`.
     """
     return _first_closing(_checked_description(robot, strict))
 
 
 def _with_options(robot: PathText, options: FileOptions) -> PathText:
-    """The robot's name with the options of a call; without any, those that it has."""
+    """The robot's name with the options of a call; by default, with its own options."""
     if not options or not isinstance(robot, (str, os.PathLike)):
         return robot
     return RobotFile(os.fspath(robot), options)
 
 
 def _checked_description(robot: PathText, strict: bool) -> RobotDescription:
-    """The description; `strict` refuses inertias that no rigid body has."""
+    """The description; `strict` refuses impossible inertias."""
     description = _description(robot)
     if strict:
         for key, problem in description.impossible.items():
@@ -110,7 +110,7 @@ def _checked_description(robot: PathText, strict: bool) -> RobotDescription:
 def _first_closing(
     description: RobotDescription,
 ) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
-    """The robot with the first of the open modes in which the loops after it close too."""
+    """The robot with the first undecided modes in which all loops close."""
     try:
         return Robot(description), ()
     except UndecidedModeError as error:
@@ -155,7 +155,7 @@ def _description(robot: PathText) -> RobotDescription:
 
 
 def _is_there(path: Path) -> bool:
-    """Whether a path exists; True where nobody answers: reading it says so."""
+    """Whether a path exists; True without an answer, since reading will fail then."""
     try:
         return answered_in_time(path.exists)
     except TimeoutError:
@@ -163,7 +163,7 @@ def _is_there(path: Path) -> bool:
 
 
 def _robot_files_beside(path: Path) -> list[str]:
-    """Files in the folder of a path that may be robots, each as it would be written."""
+    """Possible robot files in the folder of a path, for messages."""
     folder = path.parent
     if not folder.is_dir():
         return []

@@ -1,1 +1,1 @@
-"""The robot as its users see it, and the parts that it is composed of."""
+"""The class `Robot` and its parts."""

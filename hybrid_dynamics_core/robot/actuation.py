@@ -1,4 +1,4 @@
-"""What drives a robot: forces of the drives from tau and back, hydraulic cylinders."""
+"""Drives of a robot: conversion between drive forces and tau, and hydraulic cylinders."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from ..ground.suggestions import no_such_name
 from .closure import Closure
 from .model import RobotModel
 
-# share of a drive's row of R that the rows before it must leave
+# least share of a drive's row of R that is independent of the rows before
 INDEPENDENT = 1e-9
 
 
 class Actuation:
     """Drives of a robot.
 
-    A drive may sit on any joint of a loop, not only where the active coordinate is.
+    A drive may be on any joint of a loop, not only on the active coordinate.
     """
 
     def __init__(self, model: RobotModel, closure: Closure) -> None:
@@ -43,10 +43,10 @@ class Actuation:
 
     @lazy
     def drives(self) -> tuple[str, ...]:
-        """The joints that are driven, in the order of the coordinates.
+        """Driven joints that determine the motion, in the order of the coordinates.
 
-        These are the joints with an actuator, then active joints until the motion of all but the
-        idle ones is determined.
+        Joints with an actuator come first, then active joints until all but the idle coordinates
+        are determined.
         """
         return tuple(name for name in self._determining if name not in self._model.idle)
 
@@ -57,16 +57,15 @@ class Actuation:
         R = self._closure.close(model.reference).R
         sizes = np.linalg.norm(R, axis=1)
         preferred = [model.coordinates.index(name) for name in (*self.cylinders, *model.active)]
-        order = list(dict.fromkeys(preferred))  # of active coordinates, the idle ones are last
+        order = list(dict.fromkeys(preferred))  # idle ones are the last of the active coordinates
         rows = independent_rows(R, order, INDEPENDENT * np.maximum(sizes, 1.0))
         return tuple(model.coordinates[k] for k in sorted(rows))
 
     @lazy
     def all_drives(self) -> tuple[str, ...]:
-        """Every joint that is driven, in the order of the coordinates, redundant ones too.
+        """All driven joints, including redundant ones, in the order of the coordinates.
 
-        These are the active joints that are not idle, the motors that follow from them, and the
-        joints with an actuator.
+        These are the active joints except idle ones, dependent motors, and joints with an actuator.
         """
         model = self._model
         driven = {*model.active, *model.dependent_motors, *self.cylinders}
@@ -80,23 +79,23 @@ class Actuation:
         preload: Mapping[str, ArrayLike] | None = None,
         weights: Mapping[str, float] | None = None,
     ) -> Distribution:
-        """Forces of `all_drives` that give tau together, each within its limits.
+        """Distribute tau over `all_drives`, within their limits.
 
-        The sum of the squares of (force - preload) / weight is least. Where the limits do not let
-        the drives give all of tau, they give what they can, and `missing` says what is missing.
-        `generalised_forces` leads back from the forces to tau.
+        The forces minimise the sum of squares of (force - preload) / weight. If the limits do not
+        allow all of tau, the drives give as much as possible, and `missing` is the rest.
+        `generalised_forces` converts the forces back to tau.
 
         Args:
             state: closed state, or a batch of N.
-            tau: generalised forces (n,) or (N, n) [N m, N]; along idle coordinates nobody gives
-                any.
-            preload: forces that the drives are to have where tau allows, by drive [N, N m].
-            weights: force that counts as much as that of the others, by drive [N, N m]; what is
-                left out has its effort limit, or the largest of them.
+            tau: generalised forces (n,) or (N, n) [N m, N]; entries of idle coordinates are
+                ignored.
+            preload: preferred forces by drive, where tau allows them [N, N m].
+            weights: unit of force by drive [N, N m]; by default its effort limit, or the largest
+                limit of all drives.
 
         Raises:
-            InputError: there is no such drive, a shape is wrong, or a value is not finite; or
-                limits count and the solver (the extra `drives`) is not installed.
+            InputError: a drive is unknown, a shape is wrong, a value is not finite, or limits are
+                active and the solver (the extra `drives`) is not installed.
         """
         tau = self._closure.vector_like(state, "tau", tau)
         names = self.all_drives
@@ -124,7 +123,7 @@ class Actuation:
     def _distribution(
         self, tau: Array, rates: Array, forces: Array, drives: Drives, driven: list[int]
     ) -> Distribution:
-        """What the forces (..., m) of all drives give, and which of them are at a limit."""
+        """The distribution of given forces (..., m), with its missing part and drives at limits."""
         given = np.einsum("...mi,...m->...i", rates, forces)
         missing = np.zeros(tau.shape)
         missing[..., driven] = tau[..., driven] - given
@@ -150,7 +149,7 @@ class Actuation:
         return lower, upper
 
     def _by_drive(self, what: str, values: Mapping[str, ArrayLike]) -> dict[str, float]:
-        """Numbers by drive, checked."""
+        """Check numbers given by drive."""
         result: dict[str, float] = {}
         for name, value in mapping_of(what, values).items():
             if name not in self.all_drives:
@@ -165,9 +164,9 @@ class Actuation:
         state: ClosedState,
         forces: Mapping[str, ArrayLike],
     ) -> Array:
-        """Generalised forces of forces along any joints: tau = R^T f.
+        """Convert forces along any joints to generalised forces: tau = R^T f.
 
-        Chu (2020) have the same for the forces of the drives: tau_q, below Eq. 17.
+        For the forces of drives this is tau_q in Chu (2020), below Eq. 17.
 
         Forward dynamics from measured cylinder forces is
         `forward_dynamics(state, generalised_forces(state, forces))`.
@@ -199,7 +198,7 @@ class Actuation:
     ) -> Mapping[str, Array]:
         """Forces of the `drives` that give the generalised forces tau.
 
-        What tau has along idle coordinates, nobody gives.
+        Entries of tau along idle coordinates are ignored.
 
         Args:
             state: closed state, or a batch of N.
@@ -209,7 +208,7 @@ class Actuation:
             Force [N] or torque [N m] by joint, each a number or (N,).
 
         Raises:
-            SingularityError: the drives, as they stand, cannot give every tau.
+            SingularityError: at this state, the drives cannot give every tau.
             InputError: a shape is wrong, or a value is not finite.
         """
         tau = self._closure.vector_like(state, "tau", tau)
@@ -240,7 +239,7 @@ class Actuation:
             The state of each cylinder, by joint.
 
         Raises:
-            SingularityError: the drives, as they stand, cannot give every tau.
+            SingularityError: at this state, the drives cannot give every tau.
             InputError: a shape is wrong, or a value is not finite.
         """
         forces = self.drive_forces(state, tau)
@@ -255,10 +254,10 @@ class Actuation:
         return MappingProxyType(result)
 
     def _check_drives(self, rows: Array) -> None:
-        """Raise where some motion, to the digits there are, moves none of the drives.
+        """Raise if a motion moves none of the drives, to working precision.
 
         Args:
-            rows: the rows of R (n, n) or (N, n, n) that belong to the drives.
+            rows: rows of R of the drives, (n, n) or (N, n, n).
         """
         n = rows.shape[-1]
         # rows that do not close stay NaN
@@ -279,7 +278,7 @@ class Actuation:
     def _dependent_drives(
         self, motion: Array, distance: float, index: int | None
     ) -> SingularityError:
-        """The error for drives that a motion (n,) of the active joints does not move."""
+        """The error for a motion (n,) of the active joints that moves no drive."""
         motion = motion / motion[np.argmax(np.abs(motion))]
         moving = []
         for name, part in zip(self._model.active, motion, strict=True):
@@ -293,7 +292,7 @@ class Actuation:
 
 
 def _checked_force(state: ClosedState, name: str, force: ArrayLike) -> Array:
-    """A force on a joint, one for each state, as an array."""
+    """Check a force on a joint: a number, or one for each state."""
     value = real_array(f"the force on '{name}'", force)
     shapes = ((), state.s.shape[:-1])
     if value.shape not in shapes or not np.isfinite(value).all():
@@ -304,7 +303,7 @@ def _checked_force(state: ClosedState, name: str, force: ArrayLike) -> Array:
 
 
 def _weights(lower: Array, upper: Array) -> Array:
-    """Half of what each drive can give (m,); the largest of them where there is no limit."""
+    """Half of the force range of each drive (m,); the largest of all for drives without limits."""
     halves = 0.5 * (upper - lower)
     finite = halves[np.isfinite(halves)]
     largest = finite.max(initial=0.0) or 1.0

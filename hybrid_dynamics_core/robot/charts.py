@@ -1,4 +1,4 @@
-"""The charts of ball and free joints: which a state is in, and the same state in others."""
+"""Charts of ball and free joints, and conversion of states between charts."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from .state_builder import StateBuilder
 RunClosure = Callable[[Array, Array, Array, Array], ClosureResults]
 # (u, du, check, near) -> state
 Close = Callable[[Array, Array, bool, ClosedState | None], ClosedState]
-MOST_HALVINGS = 8  # of a way on which a ball joint in a loop changes its chart
+MOST_HALVINGS = 8  # largest number of bisections of a motion with a change of charts
 
 
 class Charts:
     """Changes of charts of one robot.
 
     Attributes:
-        change_in_loops: whether some ball or free joint is passive: the loops decide how it stands.
+        change_in_loops: whether a ball or free joint is passive, so that closure decides its chart.
 
     Args:
         model: names, tree and closure plan of the robot.
         run: the closure kernel.
-        states: makes states of its results.
+        states: builds states from its results.
     """
 
     def __init__(self, model: RobotModel, run: RunClosure, states: StateBuilder) -> None:
@@ -50,7 +50,7 @@ class Charts:
         return np.broadcast_to(charts, (*state.u.shape[:-1], charts.shape[-1]))
 
     def change(self, state: ClosedState, charts: Array) -> ClosedState:
-        """The same state with ball and free joints in given charts, (c,) or (N, c)."""
+        """The same state in given charts of ball and free joints, (c,) or (N, c)."""
         before = self.of(state)
         if np.array_equal(before, charts):
             return state
@@ -67,9 +67,9 @@ class Charts:
         return replace(moved, branch=state.branch)
 
     def _signs(self, state: ClosedState, s: Array, charts: Array) -> Array:
-        """Signs on which the plan gives s (n_s,) or (N, n_s) in charts (c,) or (N, c)."""
+        """Branch signs of s (n_s,) or (N, n_s) in charts (c,) or (N, c)."""
         if self.change_in_loops:
-            # a leg on a ball joint may have another sign in another chart
+            # the sign of a leg on a ball joint may depend on the chart
             model = self._model.program_model
             if s.ndim == 1:
                 return matching_signs(model, s, charts)
@@ -82,12 +82,12 @@ class Charts:
     def recentred(
         self, state: ClosedState, leave: float = LEAVE, active: bool = True
     ) -> ClosedState:
-        """The same state, each ball and free joint beyond `leave` [rad] in its other chart.
+        """The same state, with a change of chart for each ball and free joint beyond `leave`.
 
         Args:
             state: closed state, or a batch of N.
-            leave: angle of the second turn up to which a joint keeps its chart [rad].
-            active: whether active joints change theirs too, which u depends on.
+            leave: second angle of a joint, above which the chart changes [rad].
+            active: whether charts of active joints change too, and with them u.
         """
         charts = self.of(state).copy()
         for k, (_, middle, _) in enumerate(self._model.tree.turns):
@@ -99,14 +99,14 @@ class Charts:
     def close(
         self, close: Close, u: Array, du: Array, check: bool, near: ClosedState | None
     ) -> ClosedState:
-        """Close where ball joints in loops may have to change their charts on the way.
+        """Close a robot whose ball joints in loops may change their charts during the motion.
 
         Args:
-            close: closes in the charts of the state that it comes from.
+            close: closes in the charts of the state `near`.
             u: active coordinates (n,) or (N, n) [rad, m].
             du: active rates of the same shape [rad/s, m/s].
             check: whether a state that does not close is an error.
-            near: closed state to come from; the reference if None.
+            near: closed state from which the motion is followed; the reference if None.
         """
         if near is not None:
             near = self.recentred(near, active=False)
@@ -128,16 +128,16 @@ class Charts:
                 rows.append(row)
             state = ClosedState.joined(rows)
         if check and np.any(state.status):
-            return close(u, du, True, near)  # for its error
+            return close(u, du, True, near)  # raises its error
         return state
 
     def close_path(
         self, close: Close, u: Array, du: Array, near: ClosedState | None
     ) -> ClosedState:
-        """Close along a motion (N, n), each row from the one before, as `close` does.
+        """Close along a motion (N, n), each row from the one before.
 
         Raises:
-            StateError: the first row that does not close; its `index` says which.
+            StateError: a row does not close; `index` is that of the first one.
         """
         states: list[ClosedState] = []
         for k, row in enumerate(u):
@@ -152,7 +152,7 @@ class Charts:
     def _by_halves(
         self, close: Close, u: Array, du: Array, start: ClosedState, depth: int = 0
     ) -> ClosedState:
-        """Close at u (n,) from a start; by way of the middle where it cannot be done at once."""
+        """Close at u (n,) from a start, with bisection of the motion if needed."""
         start = self.recentred(start, active=False)
         state = close(u, du, False, start)
         if state.status is ClosureStatus.OK or depth == MOST_HALVINGS:

@@ -1,4 +1,4 @@
-"""From active coordinates, or other ones, to closed states."""
+"""Closure of a robot, from active or other independent coordinates."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .kernel_store import KernelStore
 from .model import RobotModel
 from .state_builder import StateBuilder
 
-# what `kernels.closed_inverse_dynamics` returns besides tau
+# results of `kernels.closed_inverse_dynamics` after tau
 CLOSED_RESULTS = ("s", "ds", "R", "bias", "residuals", "distances")
 
 
@@ -40,12 +40,12 @@ class Closure:
 
     Attributes:
         model: names, tree and closure plan of the robot.
-        kernels: where the closure kernels are.
-        signs: branch sign of each block in the robot's assembly modes, then the chart of each
-            ball or free joint at the reference, all +1 or -1.
+        kernels: store of the closure kernels.
+        signs: branch sign of each block in the robot's assembly modes, then the chart of each ball
+            or free joint at the reference; all are +1 or -1.
         start: all coordinates (n_s,) of the reference configuration [rad, m].
-        turns: the passive angles whose whole turns are free.
-        charts: of ball and free joints.
+        turns: passive angles whose whole turns are not fixed by the loops.
+        charts: charts of ball and free joints.
         iterates: whether some loop has no closed form.
         is_followed: whether compiled calls come from the reference in one move, if they can.
     """
@@ -73,28 +73,28 @@ class Closure:
     ) -> ClosedState:
         """Close all loops at the active coordinates u and rates du.
 
-        Without `near` the loops close on the robot's own assembly modes. Loops that have no closed
-        form are then followed from the reference configuration. There is no history that could
-        tell whole turns: passive angles are those nearest to the reference's. From `near` on they
-        go on without a jump, and `state.turns` counts their turns.
+        Without `near` the loops close on the robot's own assembly modes. Loops without a closed
+        form are followed from the reference configuration. Passive angles are those nearest to the
+        reference's. With `near` they are continuous from there, and `state.turns` counts their
+        whole turns.
 
         Args:
             u: active coordinates (n,) or (N, n) [rad, m].
             du: active rates of the same shape [rad/s, m/s]; zero if None.
             check: whether a state that does not close is an error. If False, its row is NaN and
                 its `status` says why.
-            near: closed state to come from, one or one for each row. The motion from there is
-                followed in small steps on its assembly modes.
-            branch: assembly modes by loop name where they differ from the robot's; not together
-                with `near`.
+            near: closed state from which the motion is followed, one or one for each row, in small
+                steps on its assembly modes.
+            branch: assembly modes by loop name, for loops that differ from the robot's modes; not
+                together with `near`.
 
         Returns:
             The closed state, or a batch of N closed states.
 
         Raises:
             ClosureError: a loop cannot close at u.
-            SingularityError: a loop is singular, or the motion from `near` would have to jump to
-                another assembly mode.
+            SingularityError: a loop is singular, or the motion from `near` would jump to another
+                assembly mode.
             InputError: a shape is wrong, or a value is not finite.
         """
         u = finite_vectors("u", u, self.model.active)
@@ -140,8 +140,9 @@ class Closure:
 
         Raises:
             ClosureError: a row is out of reach.
-            SingularityError: a row is at a toggle or change point, or is only reached by a jump to
-                another assembly mode. The `index` of both errors is that of the first such row.
+            SingularityError: a row is at a toggle or change point, or only a jump to another
+                assembly mode would reach it. The `index` of both errors is that of the first such
+                row.
             InputError: a shape is wrong, or a value is not finite.
         """
         u = finite_vectors("u", u, self.model.active)
@@ -160,14 +161,14 @@ class Closure:
         return self._states.on_modes_of(near, state)
 
     def follow_turns(self, state: ClosedState, before: ArrayLike) -> ClosedState:
-        """States that were closed one by one, as one motion: passive angles go on without a jump.
+        """Make passive angles continuous along states that were closed one by one.
 
         Args:
             state: closed state, or a batch of N along the motion.
-            before: all coordinates (n_s,) before the first of them [rad, m].
+            before: all coordinates (n_s,) before the first state [rad, m].
 
         Returns:
-            The same places, each angle within half a turn of the one before.
+            The same configurations, with each angle within half a turn of the one before.
 
         Raises:
             InputError: the state is of another robot, a shape is wrong, or a value is not finite.
@@ -196,16 +197,16 @@ class Closure:
             rates: their rates by name [rad/s, m/s]; zero where left out.
             accelerations: their accelerations by name [rad/s^2, m/s^2]; zero where left out.
             near: closed state from which the motion is followed, one or one for each row; the
-                reference if None. Coordinates that determine nothing at the reference, as at a
-                dead centre, are judged there.
+                reference if None. Its configuration also decides whether the coordinates are
+                independent, if they are not at the reference (as at a dead centre).
 
         Returns:
             The closed state, or a batch of N. Its `dds` are the accelerations of all coordinates.
 
         Raises:
-            InputError: these coordinates do not determine the other ones; or a value is not finite.
+            InputError: the coordinates do not determine the other ones, or a value is not finite.
             ClosureError: a loop cannot close there.
-            SingularityError: a loop is singular there, or the way there leaves the assembly mode.
+            SingularityError: a loop is singular there, or the motion leaves the assembly mode.
         """
         motion = GivenMotion.by_name(values, rates, accelerations, self.model.coordinates)
         self._start_at(near, motion.rows)
@@ -243,12 +244,12 @@ class Closure:
         du: Array,
         results: Sequence[Array],
     ) -> ClosedState:
-        """The state in the results of `kernels.closed_inverse_dynamics`, without closing again.
+        """Build a state from results of `kernels.closed_inverse_dynamics`, without a closure.
 
         Args:
             u: active coordinates (n,) or (N, n) [rad, m].
             du: active rates of the same shape [rad/s, m/s].
-            results: what the kernel returned after tau: s, ds, R, bias, residuals, distances.
+            results: results of the kernel after tau: s, ds, R, bias, residuals, distances.
         """
         values = dict(zip(CLOSED_RESULTS, results, strict=True))
         rows = u.shape[:-1]
@@ -259,17 +260,18 @@ class Closure:
     def assembly_modes(self, u: ArrayLike) -> AssemblyModes:
         """The assembly modes at the active coordinates u.
 
-        They are all where every loop has a closed form. Loops without one are closed by iteration
-        from many starts; `completeness` and `reason` of the result say what came of it.
+        The list is complete if every loop has a closed form. Other loops are searched by iteration
+        from many starts. Then `completeness` and `reason` of the result say how reliable the list
+        is.
 
-        The second solution of a universal joint is not listed: it is the same leg with its cross
-        turned over.
+        The second solution of a universal joint is not listed, since it puts the leg in the same
+        pose.
 
         Args:
             u: active coordinates (n,) [rad, m].
 
         Returns:
-            Names by loop and the closed state of each mode, a tuple with its evidence.
+            A tuple of modes, each with its names by loop and its closed state.
 
         Raises:
             InputError: the shape is wrong, or a value is not finite.
@@ -286,7 +288,7 @@ class Closure:
         return AssemblyModes(modes, *search.verdict())
 
     def close_on(self, u: Array, du: Array, signs: Array) -> ClosedState:
-        """Close on given signs, those of the blocks and the charts of ball and free joints."""
+        """Close on given signs: those of the blocks, then the charts of ball and free joints."""
         values, codes = self._solver.close(u, du, signs, None)
         return self._states.build(u, du, signs, values, codes)
 
@@ -302,10 +304,10 @@ class Closure:
         return state.loops == self.model.loops
 
     def check_state(self, state: object) -> None:
-        """Check an argument of the user.
+        """Check a state that a caller gives.
 
         Raises:
-            InputError: it is no closed state, or one of another robot.
+            InputError: it is no closed state, or belongs to another robot.
         """
         if not isinstance(state, ClosedState):
             kind = type(state).__name__
@@ -319,11 +321,11 @@ class Closure:
         name: str,
         value: ArrayLike,
     ) -> Array:
-        """A vector of the active coordinates that belongs to a state, checked.
+        """Check a vector over the active coordinates that belongs to a state.
 
         Args:
             state: closed state (n,) or batch (N, n).
-            name: what the vector is called in errors.
+            name: name of the vector in errors.
             value: (n,), or (N, n) for a batch.
 
         Raises:

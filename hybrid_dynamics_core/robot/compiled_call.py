@@ -1,4 +1,4 @@
-"""One compiled call: a quick way straight into compiled code, and a thorough one."""
+"""One compiled call: a fast path into compiled code, and a fallback for all other arguments."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from .closure import Closure
 from .closure_runs import start_inputs
 from .warm_start import WarmStart
 
-# inputs that belong to a state; the other inputs of a program are constants of the robot
+# inputs that vary with the state; all others are constants of the robot
 STATE_INPUTS = ("u", "du", "ddu", "tau")
-# (closed state, inputs of a state) -> raises what is wrong with it
+# (closed state, inputs of a state) -> raises the error of the state
 Explain = Callable[..., object]
 
 
 class CompiledCall:
-    """A program of a robot as one function of arrays.
+    """A program of a robot as a function of arrays.
 
     Args:
         kernels: the compiled program.
         closure: closes loops that have to be followed, and explains states that do not close.
-        constants: the robot's values of all inputs that do not belong to a state.
-        optional: inputs of a state that are zero where they are left out.
-        explain: raises what is wrong with a state that closes, but has no answer.
+        constants: values of all inputs that do not vary with the state.
+        optional: inputs of a state that are zero by default.
+        explain: raises the error of a state that closes, but has no result.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class CompiledCall:
         threads: Any,
         start: WarmStart | None,
     ) -> Any:
-        """Batches, arrays of other kinds, loops that are followed, and all that is an error."""
+        """The fallback: batches, other arrays, loops that are followed, and errors."""
         if not isinstance(threads, int) or threads < 1:
             raise InputError(f"threads is {threads!r}; expected 1 or more")
         inputs = self._checked_inputs(values)
@@ -208,7 +208,7 @@ class CompiledCall:
         return finite_vectors(name, value, self._active)
 
     def _is_batch(self, value: object) -> bool:
-        """Whether a value needs no conversion. The kernel finds out itself whether it is finite."""
+        """Whether a value is a float64 batch, which the kernel itself checks for finite values."""
         if type(value) is not np.ndarray or value.dtype != np.float64:
             return False
         return value.ndim == 2 and value.shape[1] == len(self._active)
@@ -234,7 +234,7 @@ class CompiledCall:
         return array
 
     def _checked_outs(self, out: Any, rows: int | None) -> list[Array]:
-        """The arrays for the results: new ones, or those of the caller."""
+        """The arrays for the results: new ones, or those of the caller, checked."""
         names = [name for name, _ in self._layout]
         shapes = [shape for _, shape in self._layout]
         if rows is not None:
@@ -269,7 +269,7 @@ class CompiledCall:
         codes: Codes,
         check: bool,
     ) -> None:
-        """NaN in rows without an answer; with `check` an error for the first of them."""
+        """Set rows without a result to NaN; with `check` raise the error of the first."""
         self._check_finite(inputs)
         for array in outs:
             array[codes != 0] = np.nan
@@ -284,7 +284,7 @@ class CompiledCall:
         """Raise for the first failed row, with the same error as the robot's own method."""
         u = inputs["u"]
         du = np.broadcast_to(inputs.get("du", 0.0), u.shape)
-        # both are called for what they raise; the last error is for what passes them
+        # both are called for their errors; the last error is for cases that pass both
         state = self._closure.close(u, du)
         if self._explain is not None:
             others = [name for name in self._of_state if name not in ("u", "du")]
@@ -311,14 +311,14 @@ def _run_kernel(
 
 
 def _rows(u: Array) -> int | None:
-    """Number of states in a batch, None for a single state."""
+    """Number of states in a batch; None for a single state."""
     if u.ndim == 2:
         return len(u)
     return None
 
 
 def _check_rows(name: str, array: Array, u: Array) -> None:
-    """Raise where a batch has another number of rows than u."""
+    """Raise if a batch has another number of rows than u."""
     if array.ndim == 2 and len(array) != _rows(u):
         raise InputError(
             f"{name} has shape {array.shape}; expected {u.shape} as u, or ({array.shape[1]},)"
@@ -327,7 +327,7 @@ def _check_rows(name: str, array: Array, u: Array) -> None:
 
 
 def _listed(out: Any, names: Sequence[str]) -> list[Any]:
-    """The caller's arrays, one for each result; raise where there are more or fewer."""
+    """The caller's arrays, one for each result; raise if their number is wrong."""
     if len(names) == 1:
         return [out]
     if not isinstance(out, (tuple, list)) or len(out) != len(names):
@@ -341,7 +341,7 @@ def _check_out(
     array: Any,
     shape: tuple[int, ...],
 ) -> None:
-    """Raise where an array cannot be filled by compiled code."""
+    """Raise if compiled code cannot fill an array."""
     is_float = type(array) is np.ndarray and array.dtype == np.float64
     if not is_float or array.shape != shape:
         kind = getattr(array, "dtype", type(array).__name__)
@@ -355,7 +355,7 @@ def _check_out(
 
 
 def _apart(inputs: dict[str, Array], outs: list[Array]) -> dict[str, Array]:
-    """The inputs, copied where writing an output could change what is still to be read."""
+    """The inputs, copied if they share memory with an output."""
     result = dict(inputs)
     for name, array in inputs.items():
         if any(np.may_share_memory(array, out) for out in outs):

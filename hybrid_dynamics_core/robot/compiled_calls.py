@@ -1,12 +1,11 @@
-"""Compiled calls: from active coordinates straight to a result, in one call of compiled code.
+"""Compiled calls: from active coordinates to a result in one call of compiled code.
 
     tau = robot.kernels.inverse_dynamics(u, du, ddu)
     M, h, g = robot.kernels.minimal_form(u, du)
 
-The calls take one state (n,) or a batch (N, n). With float64 arrays in C order a single state costs
-little more than the arithmetic. Anything else that holds numbers is converted first. Everything is
-checked: wrong shapes and values that are not finite raise InputError. States that do not close
-raise what `robot.close` raises for them.
+The calls take one state (n,) or a batch (N, n). With float64 arrays in C order, a single state
+costs little more than its arithmetic. Other arguments are converted first. Wrong shapes and values
+that are not finite raise InputError. States that do not close raise the error of `robot.close`.
 """
 
 from __future__ import annotations
@@ -37,11 +36,11 @@ ProgramOfFrame = Callable[[Frame], programs.Program]
 class RobotKernels:
     """The compiled calls of a robot.
 
-    All of them also take, as keywords:
+    All calls also take these keywords:
 
-        out: arrays for the results, one or a tuple of several: float64, C order, right shape.
-        check: False to get NaN in rows that have no answer, instead of an error.
-        threads: how many threads work on a batch.
+        out: array for the result, or a tuple of several: float64, C order, right shape.
+        check: False for NaN in rows without a result, instead of an error.
+        threads: number of threads for a batch.
 
     and the other vectors of their program, such as gravity=(3,). Loops without a closed form are
     iterated from the reference configuration. What is far from it is followed in small steps, which
@@ -65,7 +64,7 @@ class RobotKernels:
         self._frame = frame
 
     def at(self, frame: str) -> RobotKernels:
-        """The same calls with another frame, or link, in place of the end effector.
+        """The same calls for another frame or link in place of the end effector.
 
         Raises:
             InputError: there is no such frame.
@@ -111,7 +110,7 @@ class RobotKernels:
 
     @lazy
     def pose_and_jacobian(self) -> Call:
-        """(u) -> position (3,), rotation (3, 3), Jacobian (6, n). A step of inverse kinematics."""
+        """(u) -> position (3,), rotation (3, 3), Jacobian (6, n), for inverse kinematics."""
         return self._compile_at_frame("pose and jacobian", programs.pose_and_jacobian)
 
     @lazy
@@ -123,9 +122,9 @@ class RobotKernels:
     def closed_inverse_dynamics(self) -> Call:
         """(u, du, ddu) -> tau (n,), and s, ds, R, bias, residuals, distances of the closed state.
 
-        `robot.closed_state` makes a ClosedState of them. The results are those of the robot's
-        `close` and `inverse_dynamics`, to the same bits where every loop has a closed form. An
-        error of one of the two is an error here.
+        `robot.closed_state` builds a ClosedState from them. The results equal those of the robot's
+        `close` and `inverse_dynamics`, bit by bit if every loop has a closed form. Errors are the
+        same too.
         """
         program = programs.closed_inverse_dynamics
         return self._compile_under_loads("closed_inverse_dynamics", program)
@@ -159,8 +158,8 @@ class RobotKernels:
 
         Args:
             name: of the program.
-            program: makes the program for a pattern of loads.
-            explain: the robot's method that raises where there is no answer.
+            program: function from a pattern of loads to the program.
+            explain: the robot's method that raises the error of states without a result.
         """
         pattern, _ = self._dynamics.pack(self._loads)
         return self._compile(pattern.key(name), program(pattern), explain=explain)

@@ -1,4 +1,4 @@
-"""Methods of a facade that are methods of its parts."""
+"""Delegation of a facade's methods to its parts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ T = TypeVar("T")
 def delegate(
     part: str, method: Callable[Concatenate[Any, P], T]
 ) -> Callable[Concatenate[Any, P], T]:
-    """A method that hands its arguments to the same method of one part of the facade.
+    """Make a method that calls the same method of a part of the facade.
 
     Signature and docstring are those of the part's method.
 

@@ -1,4 +1,4 @@
-"""Forces from motion and motion from forces, with everything that acts on a robot."""
+"""Inverse and forward dynamics of a robot under loads, and related quantities."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
 class Dynamics:
     """Dynamics of a robot in its active coordinates, from closed states.
 
-    One state gives results (n,), a batch of N states (N, n), in the order of `active`. Loads are
-    everything that acts besides the actuators. Where they are None, those of the description act.
+    Results are (n,) for one state and (N, n) for a batch, in the order of `active`. Loads are all
+    forces besides the actuators. If they are None, those of the description act.
     """
 
     def __init__(self, model: RobotModel, kernels: KernelStore, closure: Closure) -> None:
@@ -47,11 +47,11 @@ class Dynamics:
 
     @property
     def loads(self) -> Loads:
-        """What the description says acts on the robot besides its actuators."""
+        """Loads of the description: all forces besides the actuators."""
         return self._programs.described
 
     def pack(self, loads: Loads) -> Packed:
-        """Which loads there are, and their values as inputs of a program on one state."""
+        """The pattern of loads, and their values as inputs of a program on one state."""
         return self._programs.pack(loads)
 
     def inverse_dynamics(
@@ -62,7 +62,7 @@ class Dynamics:
         Args:
             state: closed state, or a batch of N.
             ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2].
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             tau (n,) or (N, n) [N m, N].
@@ -82,15 +82,15 @@ class Dynamics:
         Args:
             state: closed state, or a batch of N.
             tau: actuator efforts (n,) or (N, n) [N m, N].
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             u'' (n,) or (N, n) [rad/s^2, m/s^2].
 
         Raises:
-            MassSingularityError: M-bar is singular to working precision, since some motion of the
-                active joints moves no mass. A motion of idle coordinates alone may: their
-                acceleration is zero then. It is an error where a force acts along it.
+            MassSingularityError: M-bar is singular to working precision, since a motion of the
+                active joints moves no mass. A massless motion of idle coordinates only is no error,
+                unless a force acts along it: their acceleration is zero.
             InputError: a shape is wrong, or the input or the result is not finite.
         """
         tau = self._closure.vector_like(state, "tau", tau)
@@ -105,7 +105,7 @@ class Dynamics:
         Args:
             state: closed state, or a batch of N.
             ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2].
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             d tau/du, d tau/du' and d tau/du'' = M-bar, each (n, n) or (N, n, n), rows by tau.
@@ -123,13 +123,13 @@ class Dynamics:
         Args:
             state: closed state, or a batch of N.
             tau: actuator efforts (n,) or (N, n) [N m, N].
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             d u''/du, d u''/du' and d u''/d tau = M-bar^-1, each (n, n) or (N, n, n), rows by u''.
 
         Raises:
-            MassSingularityError: as `forward_dynamics`.
+            MassSingularityError: as in `forward_dynamics`.
         """
         tau = self._closure.vector_like(state, "tau", tau)
         program = programs.forward_dynamics_derivatives
@@ -141,12 +141,12 @@ class Dynamics:
     ) -> tuple[Array, Array, Array]:
         """Terms of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 17.
 
-        Payloads and rotors are in them. `passive_forces` are what friction, springs and wrenches
-        add to tau.
+        Payloads and rotors are included. Friction, springs and wrenches add `passive_forces` to
+        tau.
 
         Args:
             state: closed state, or a batch of N.
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             M-bar (n, n), C-bar u' (n,) and G-bar (n,), with a leading N for a batch.
@@ -155,11 +155,11 @@ class Dynamics:
         return values["M"], values["h"], values["g"]
 
     def passive_forces(self, state: ClosedState, loads: Loads | None = None) -> Array:
-        """What friction, springs and applied wrenches add to the efforts of `minimal_form`.
+        """Efforts of friction, springs and applied wrenches, which `minimal_form` leaves out.
 
         Args:
             state: closed state, or a batch of N.
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             Efforts (n,) or (N, n) [N m, N].
@@ -178,10 +178,9 @@ class Dynamics:
         Args:
             state: closed state, or a batch of N.
             ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2].
-            parameters: which parameters, in their order; the inertias of all links that have mass
-                if None.
-            loads: only gravity and the smoothing of friction count; payloads, springs and wrenches
-                are not part of Y pi. `robot.loads` if None.
+            parameters: the parameters, in order; the inertias of all links with mass if None.
+            loads: only gravity and the smoothing of friction are used, since payloads, springs and
+                wrenches are not part of Y pi. `robot.loads` if None.
 
         Returns:
             Y (n, p) or (N, n, p).
@@ -206,16 +205,16 @@ class Dynamics:
         return values["Y"]
 
     def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:
-        """A function for integrators, whose loops are followed from one closed state nearby.
+        """A function for integrators, which closes the loops from one nearby state.
 
         Args:
             state: closed state to follow from.
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             A function (u, u', tau) -> (u'', power [W]) of vectors (n,). The power is that of tau
-            and of applied wrenches, less that of friction: energy changes by it. Results are NaN
-            where the loops do not close. It raises MassSingularityError as `forward_dynamics`.
+            and applied wrenches minus that of friction: the rate of energy. Results are NaN if the
+            loops do not close. It raises MassSingularityError as in `forward_dynamics`.
         """
         self._closure.check_state(state)
         if loads is None:
@@ -244,11 +243,11 @@ class Dynamics:
         return motion
 
     def energy(self, state: ClosedState, loads: Loads | None = None) -> Energy:
-        """Energies of motion, of gravity (zero at the base origin) and of springs.
+        """Kinetic energy, potential energy of gravity (zero at the base origin) and spring energy.
 
         Args:
             state: closed state, or a batch of N.
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             The energies [J], each a number or (N,).
@@ -257,14 +256,14 @@ class Dynamics:
         return Energy(values["kinetic"], values["potential"], values["springs"])
 
     def centroidal(self, state: ClosedState, loads: Loads | None = None) -> Centroidal:
-        """Centre of mass, its Jacobian, total momentum and its matrix, in base axes.
+        """Centre of mass with its Jacobian, and momentum with its matrix, in base axes.
 
         Args:
             state: closed state, or a batch of N.
-            loads: of which payloads count; `robot.loads` if None.
+            loads: only payloads are used; `robot.loads` if None.
 
         Raises:
-            InputError: nothing that moves has a mass.
+            InputError: no moving link has a mass.
         """
         payloads = (self.loads if loads is None else loads).payloads
         if not payloads and not total_mass(self._model.tree):
@@ -280,7 +279,7 @@ class Dynamics:
 
         Args:
             state: closed state, or a batch of N.
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             C-bar (n, n) or (N, n, n).
@@ -305,8 +304,8 @@ class Dynamics:
 
         Args:
             state: closed state, or a batch of N.
-            ddu: active accelerations (n,) or (N, n) that the multipliers are for; zero if None.
-            loads: what acts besides the actuators; `robot.loads` if None.
+            ddu: active accelerations (n,) or (N, n) for the multipliers; zero if None.
+            loads: loads besides the actuators; `robot.loads` if None.
         """
         ddu = self._accelerations(state, ddu)
         values = self._evaluate("spanning_terms", programs.spanning_terms, state, loads, ddu=ddu)
@@ -327,15 +326,14 @@ class Dynamics:
     def reactions(
         self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None
     ) -> Reactions:
-        """What every closure pin, joint and the foundation bear, to size them by.
+        """Reactions in all closures, joints and the foundation, for their design.
 
-        They are in balance link by link with weight, inertia and loads. Rotors count along their
-        joints only.
+        They balance weight, inertia and loads of each link. Rotors act along their joints only.
 
         Args:
             state: closed state, or a batch of N.
             ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2]; zero if None.
-            loads: what acts besides the actuators; `robot.loads` if None.
+            loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
             Forces [N] and moments [N m] by name, in base axes.
@@ -367,7 +365,7 @@ class Dynamics:
         loads: Loads | None,
         **inputs: Array,
     ) -> dict[str, Array]:
-        """Run a program on a state; rows that `close(..., check=False)` let through stay NaN."""
+        """Run a program on a state; rows that did not close stay NaN."""
         self._closure.check_state(state)
         if loads is None:
             loads = self._programs.described

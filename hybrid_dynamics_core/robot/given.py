@@ -1,4 +1,4 @@
-"""Any independent coordinates given by name, with rates and accelerations: one state or a batch."""
+"""Independent coordinates given by name, with rates and accelerations, for closure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..ground.check_arrays import mapping_of, vectors_by_name
 
 @dataclass(frozen=True, eq=False)
 class GivenMotion:
-    """Coordinates that are given, with their motion.
+    """Given coordinates with rates and accelerations.
 
     Attributes:
         names: the n given coordinates.
@@ -38,7 +38,7 @@ class GivenMotion:
         accelerations: Mapping[str, ArrayLike] | None,
         coordinates: tuple[str, ...],
     ) -> GivenMotion:
-        """The motion of the arguments of a user.
+        """Check and combine the arguments of a call.
 
         Args:
             values: given coordinates by name, each a number or (N,).
@@ -47,7 +47,7 @@ class GivenMotion:
             coordinates: all coordinates of the robot, for messages.
 
         Raises:
-            InputError: another name, shape or length, or a value that is not finite.
+            InputError: a name, shape or length is wrong, or a value is not finite.
         """
         names = tuple(mapping_of("values", values))
         parts: dict[str, Array] = {}
@@ -74,16 +74,16 @@ def close_rows(
     motion: GivenMotion,
     near: ClosedState | None,
 ) -> ClosedState:
-    """Close each row of a batch on its own.
+    """Close each row of a batch independently.
 
     Args:
         close: closes one state from another one, or from the reference if None.
         motion: the batch.
-        near: where to come from, one state or one for each row.
+        near: states from which the motion is followed, one or one for each row.
 
     Raises:
         InputError: the batch is empty, or a result is not finite.
-        StateError: the first row that does not close; its `index` says which.
+        StateError: a row does not close; `index` is that of the first one.
     """
     if not motion.rows:
         raise InputError("values: the batch is empty; expected one row or more")
@@ -101,7 +101,7 @@ def close_rows(
 
 
 def _common_shape(parts: Mapping[str, Array]) -> tuple[int, ...]:
-    """The shape of values, rates and accelerations, of which some may be alike for all rows."""
+    """The common shape of values, rates and accelerations after broadcasting."""
     batches = {label: part.shape for label, part in parts.items() if part.ndim == 2}
     if len(set(batches.values())) > 1:
         lengths = ", ".join(f"{label} {shape[0]}" for label, shape in batches.items())

@@ -1,4 +1,4 @@
-"""Ball and free joints by pose and twist, at the boundary of coordinates that are three angles."""
+"""Poses and twists of ball and free joints, whose coordinates are three angles."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .model import RobotModel
 
 @dataclass(frozen=True, eq=False)
 class TwistMap:
-    """From active rates to velocities in which ball and free joints have their twists.
+    """Map from active rates to velocities that have the twists of ball and free joints.
 
     With v = V u': tau = V^T tau_v, M_v = V^-T M-bar V^-1, and v' = V u'' + drift.
 
@@ -52,7 +52,7 @@ class TwistMap:
         return _solved(self.V, np.asarray(dv) - self.drift)
 
     def wrenches(self, tau: ArrayLike) -> Array:
-        """tau_v (n,) or (N, n) from tau: wrenches on the children of ball and free joints."""
+        """tau_v (n,) or (N, n) from tau, with wrenches on the children of ball and free joints."""
         return _solved(np.swapaxes(self.V, -1, -2), np.asarray(tau))
 
     def efforts(self, wrenches: ArrayLike) -> Array:
@@ -79,7 +79,7 @@ class JointPoses:
         return {joint.name: joint for joint in joints}
 
     def joint_pose(self, state: ClosedState, joint: str) -> Pose:
-        """Pose of the child of a ball or free joint, in the frame where it stands at zero.
+        """Pose of the child of a ball or free joint, in the frame of the child at zero.
 
         Args:
             state: closed state, or a batch of N.
@@ -103,7 +103,7 @@ class JointPoses:
 
         Returns:
             Linear velocity of the child's origin [m/s], then angular velocity [rad/s]: (6,) or
-            (N, 6). Of a ball joint the angular velocity alone: (3,) or (N, 3).
+            (N, 6). For a ball joint only the angular velocity: (3,) or (N, 3).
 
         Raises:
             InputError: there is no such joint, or the state is of another robot.
@@ -121,23 +121,23 @@ class JointPoses:
         du: ArrayLike | None = None,
         near: ClosedState | None = None,
     ) -> ClosedState:
-        """Close with active ball and free joints at poses, in the charts that suit these best.
+        """Close with active ball and free joints at given poses, in the charts that suit them best.
 
         Args:
-            poses: pose of the child in the joint's frame, by joint. The position of a ball joint
-                does not count.
-            twists: velocity by joint as `joint_twist` gives it; zero where left out.
-            u: active coordinates (n,) of all joints [rad, m]; of those in `poses` they do not
-                count. The reference if None.
-            du: active rates (n,) in the same way; zero if None.
-            near: closed state to come from, as of `close`.
+            poses: pose of the child in the joint frame, by joint. The position is ignored for a
+                ball joint.
+            twists: twist by joint, as in `joint_twist`; zero where left out.
+            u: active coordinates (n,) [rad, m], ignored for joints in `poses`; the reference if
+                None.
+            du: active rates (n,) [rad/s, m/s], ignored for joints in `poses`; zero if None.
+            near: closed state from which the motion is followed, as in `close`.
 
         Returns:
             The closed state.
 
         Raises:
             InputError: a joint is neither ball nor free, or not active; a pose is not rigid.
-            ClosureError, SingularityError: as of `close`.
+            ClosureError, SingularityError: as in `close`.
         """
         model = self._model
         if u is None:
@@ -158,20 +158,20 @@ class JointPoses:
         return self._closure.close(u, du, near=self._closure.charts.change(near, charts))
 
     def recentred(self, state: ClosedState, leave: float = LEAVE) -> ClosedState:
-        """The same state, with ball and free joints in the charts that are far from singular.
+        """The same state, with ball and free joints in charts far from singular.
 
         Args:
             state: closed state, or a batch of N.
-            leave: angle [rad] up to which a joint keeps its chart.
+            leave: second angle of a joint, above which its chart changes [rad].
 
         Returns:
-            The state. Its `u`, `du`, `s` and `ds` count from other frames where a chart changed.
+            The state. If a chart changed, its `u`, `du`, `s` and `ds` are in the new chart.
         """
         self._closure.check_state(state)
         return self._closure.charts.recentred(state, leave)
 
     def twist_map(self, state: ClosedState) -> TwistMap:
-        """From active rates u' to velocities v in which ball and free joints have twists.
+        """The map from active rates u' to velocities v that have twists of ball and free joints.
 
         Args:
             state: closed state, or a batch of N.

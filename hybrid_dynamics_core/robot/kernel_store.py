@@ -1,4 +1,4 @@
-"""The kernels of a robot, each made when first asked for."""
+"""The kernels of a robot, created at first use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class KernelStore:
 
     Attributes:
         model: the robot that the programs run on.
-        kernels: the kernels that were made so far, by key.
+        kernels: the kernels created so far, by key.
     """
 
     def __init__(self, model: RobotModel) -> None:
@@ -31,8 +31,8 @@ class KernelStore:
         """The kernel of a program.
 
         Args:
-            key: tells programs and models apart. Its first word names the program to people.
-            program: what to make the kernel of. It is not read if the kernel exists.
+            key: identifies program and model. Its first word is the program's name in messages.
+            program: the program; not used if the kernel exists.
             model: tree and plan; those from the active coordinates if None.
         """
         if key not in self.kernels:
@@ -51,8 +51,8 @@ class KernelStore:
 
         Args:
             key: as in `kernel`.
-            program: what to run.
-            inputs: vectors by name, (size,) or (N, size), of which the program takes some.
+            program: the program to run.
+            inputs: vectors by name, (size,) or (N, size); those that the program lacks are ignored.
             model: as in `kernel`.
 
         Returns:

@@ -89,9 +89,9 @@ class Kinematics:
 
     @lazy
     def pose_chain(self) -> PoseChain | None:
-        """The end effector's coordinates, where its pose determines them in closed form.
+        """The end effector's coordinates, if its pose determines them in closed form.
 
-        None where inverse kinematics has no closed form by such coordinates.
+        None if inverse kinematics has no closed form by such coordinates.
         """
         model = self._model
         frame = model.frame(None)
@@ -109,7 +109,7 @@ class Kinematics:
     def _evaluate(
         self, key: str, program: programs.Program, state: ClosedState, **inputs: Array
     ) -> dict[str, Array]:
-        """Run a program on a state; rows that `close(..., check=False)` let through stay NaN."""
+        """Run a program on a state; rows that did not close stay NaN."""
         self._closure.check_state(state)
         inputs |= {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s}
         values, codes = self._kernels.run(key, program, inputs)

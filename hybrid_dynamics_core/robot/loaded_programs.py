@@ -1,4 +1,4 @@
-"""Programs under loads: the loads as arrays, and the kernels of each pattern of loads."""
+"""Programs under loads: packed loads, and a kernel for each pattern of loads."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .kernel_store import KernelStore
 from .model import RobotModel
 
 LoadedProgram = Callable[[LoadPattern], Program]
-# which loads there are, and their values as inputs of a program
+# pattern of loads, and their values as inputs of a program
 Packed = tuple[LoadPattern, dict[str, Array]]
-# the kernel of a program, and the names of its inputs
+# kernel of a program, and names of its inputs
 LoadedKernel = tuple[Kernel, tuple[str, ...]]
 
 
 class LoadedPrograms:
-    """Packs loads for kernels, and keeps what it has packed."""
+    """Packs loads for kernels, and caches packed loads."""
 
     def __init__(self, model: RobotModel, kernels: KernelStore) -> None:
         self._model = model
@@ -34,7 +34,7 @@ class LoadedPrograms:
 
     @lazy
     def described(self) -> Loads:
-        """What the description says acts on the robot besides its actuators."""
+        """Loads of the description."""
         return described_loads(self._model.description, self._model.coordinates)
 
     def pack(
@@ -45,11 +45,11 @@ class LoadedPrograms:
         """The pattern of the loads, and their values as inputs of a program.
 
         Args:
-            loads: what acts on the robot.
-            rows: N of the batch that they act on; None for a single state.
+            loads: the loads.
+            rows: number of states N of the batch; None for a single state.
 
         Raises:
-            InputError: these are no loads, act on unknown frames, or have another number of rows.
+            InputError: `loads` are no loads, a frame is unknown, or the number of rows is wrong.
         """
         if not isinstance(loads, Loads):
             raise InputError(f"expected Loads, such as robot.loads, got {type(loads).__name__}")

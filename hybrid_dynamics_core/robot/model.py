@@ -1,4 +1,4 @@
-"""What a robot is: its description, the spanning tree, the closure plan, and their names."""
+"""The constant part of a robot: description, spanning tree, closure plan, names and limits."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class RobotModel:
     """The constant part of a robot. All other parts read it.
 
     Attributes:
-        description: what the file says, with the independent coordinates as active ones.
+        description: the description, with the independent coordinates as active ones.
         tree: spanning tree of the links.
-        plan: how the loops close from the active coordinates.
-        dependent_motors: motors that follow from the other ones. They are passive coordinates.
+        plan: closure plan from the active coordinates.
+        dependent_motors: motors that depend on the other ones, and so are passive coordinates.
     """
 
     description: RobotDescription
@@ -66,7 +66,7 @@ class RobotModel:
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """Active coordinates that nobody drives."""
+        """Names of active coordinates without a drive."""
         return self.description.idle
 
     @lazy
@@ -87,12 +87,12 @@ class RobotModel:
 
     @lazy
     def middle_turns(self) -> list[int]:
-        """Places in s of the second turn of each ball or free joint, which ends at a quarter."""
+        """Index in s of each ball or free joint's second angle, which is singular at +-pi/2."""
         return [middle for _, middle, _ in self.tree.turns]
 
     @lazy
     def frames(self) -> tuple[str, ...]:
-        """Names of the frames and links whose pose is known."""
+        """Names of all frames and links."""
         names = (*self.description.frames, *self.description.links)
         return tuple(dict.fromkeys(names))
 
@@ -114,15 +114,15 @@ class RobotModel:
 
     @lazy
     def loops(self) -> tuple[str, ...]:
-        """Names of the blocks of loops in the order in which they close.
+        """Names of the loops, or of groups that close together, in solving order.
 
-        A block is one loop, or several loops joined by +.
+        Names of a group are joined by +.
         """
         return tuple(dict.fromkeys(block.name for block in self.plan.blocks))
 
     @lazy
     def redundant_equations(self) -> Mapping[str, int]:
-        """How many equations of each loop follow from the others and are left out."""
+        """Number of redundant equations by loop."""
         counts: dict[str, int] = {}
         for equation in self.plan.redundant:
             loop = equation.loop.name
@@ -136,7 +136,7 @@ class RobotModel:
 
     @lazy
     def follows(self) -> bool:
-        """Whether some loop has no closed form: its mode is then that of a state nearby."""
+        """Whether a loop has no closed form, so that its mode is that of a nearby state."""
         return any(block.iterates for block in self.plan.blocks)
 
     @lazy
@@ -153,8 +153,9 @@ class RobotModel:
     def limits(self) -> Array:
         """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
 
-        They are what three ranges share: the limits of the description, the `closing_range`, and
-        what the limits of joints that follow this one alone leave, through loops or as followers.
+        They are the intersection of three ranges: the limits of the description, the
+        `closing_range`, and the range in which all joints that follow this one alone are within
+        their limits.
         """
         limits = [self.description.joints[name].limits for name in self.active]
         described = np.reshape(limits, (-1, 2))
@@ -166,9 +167,9 @@ class RobotModel:
         return frozen(np.stack([lower, upper], axis=1))
 
     def _ranges_from_followers(self) -> Iterator[Array]:
-        """Ranges (n, 2) of the active coordinates [rad, m], one of each follower's limits.
+        """Ranges (n, 2) of the active coordinates [rad, m] from the limits of each follower.
 
-        A follower is a joint that follows one active joint alone.
+        Only joints that follow a single active joint count.
         """
         for name, mimic in self.description.mimics.items():
             leaders = [joint for joint in mimic.multipliers if mimic.multipliers[joint]]
@@ -201,11 +202,10 @@ class RobotModel:
     def closing_range(self) -> Array:
         """Range (n, 2) of each active coordinate in which the loops close [rad, m].
 
-        Just inside its ends the robot closes, just outside it does not. The other active
-        coordinates are at the reference.
+        The robot closes inside of the range. The other active coordinates are at the reference.
 
-        An end is infinite in three cases: the coordinate has none there, it would move with the
-        other active coordinates, or an iteration decides where it is.
+        An end is infinite if there is none, if it depends on other active coordinates, or if the
+        loop is closed by iteration.
         """
         ranges = [independent_range(self.tree, self.plan, k) for k in range(len(self.active))]
         return frozen(np.reshape(ranges, (-1, 2)))
@@ -217,7 +217,7 @@ class RobotModel:
             distances: distance of each block of the closure plan (..., blocks).
         """
         order, starts = self._loop_order
-        # where each block is a loop there is nothing to do
+        # blocks and loops may be the same
         if not starts or order == starts:
             return distances
         if distances.ndim == 1:
@@ -229,7 +229,7 @@ class RobotModel:
 
     @lazy
     def _loop_order(self) -> tuple[list[int], list[int]]:
-        """The blocks, loop by loop as in `loops`, and where in them each loop begins."""
+        """Block indices in the order of `loops`, and the position at which each loop begins."""
         names = [block.name for block in self.plan.blocks]
         order: list[int] = []
         starts: list[int] = []
@@ -247,23 +247,23 @@ class RobotModel:
 
     @lazy
     def program_model(self) -> Model:
-        """What programs compute with: the tree and the plan from the active coordinates."""
+        """The model of programs: tree, and plan from the active coordinates."""
         idle = tuple(self.active.index(name) for name in self.idle)
         return Model(self.tree, self.plan, idle)
 
     def program_model_from(
         self, given: tuple[str, ...], near: Array | None = None, charts: Array | None = None
     ) -> Model:
-        """The same with other given coordinates.
+        """The model of programs for other given coordinates.
 
         Args:
             given: n names of `coordinates`.
-            near: a closed configuration (n_s,) [rad, m]. It is tried where the given coordinates
-                do not determine the other ones at the reference.
+            near: a closed configuration (n_s,) [rad, m], for coordinates that do not determine the
+                other ones at the reference.
             charts: of ball and free joints there; those of the reference if None.
 
         Raises:
-            InputError: a name is unknown, or these coordinates do not determine the other ones.
+            InputError: a name is unknown, or the coordinates do not determine the other ones.
         """
         if given not in self._models_by_given:
             self._models_by_given[given] = Model(self.tree, self._plan_near(given, near, charts))
@@ -272,7 +272,7 @@ class RobotModel:
     def _plan_near(
         self, given: tuple[str, ...], near: Array | None, charts: Array | None
     ) -> ClosurePlan:
-        """The plan at the reference, or else at a configuration `near`."""
+        """The plan at the reference; if that fails, at the configuration `near`."""
         try:
             return self._plan_from(given, self.reference_s, self.tree)
         except InputError:
@@ -307,7 +307,7 @@ class RobotModel:
 
 
 def _model(description: RobotDescription) -> RobotModel:
-    """The model of a description without loops that are off their plane by rounding."""
+    """The model of a description, with loops made exactly planar."""
     tree = build_tree(description)
     if description.active_set != "motors":
         return _exact_model(description, tree)
@@ -318,9 +318,9 @@ def _model(description: RobotDescription) -> RobotModel:
 
 
 def _in_better_charts(model: RobotModel) -> RobotDescription | None:
-    """The description with ball joints that are far from singular at the reference.
+    """The description with ball joints in charts far from singular at the reference.
 
-    None where they are: the charts of the description are good.
+    None if the charts of the description are good.
     """
     reference = model.reference_s.copy()
     charts = dict(model.description.charts)

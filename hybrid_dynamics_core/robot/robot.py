@@ -1,4 +1,4 @@
-"""The robot as its users see it: names, checked arrays in and out, errors with evidence."""
+"""The class `Robot`: names, checked arrays, errors with evidence."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Robot:
         self._joint_poses = JointPoses(self._model, self._closure)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
-        """A robot is its description: what is pickled or copied is made anew from it."""
+        """Pickle and copy by the description."""
         return type(self), (self.description,)
 
     def __repr__(self) -> str:
@@ -59,7 +59,7 @@ class Robot:
 
     @property
     def description(self) -> RobotDescription:
-        """What the file says, with the independent coordinates as active ones."""
+        """The description, with the independent coordinates as active ones."""
         return self._model.description
 
     @property
@@ -84,12 +84,12 @@ class Robot:
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """Active coordinates that nobody drives."""
+        """Names of active coordinates without a drive."""
         return self._model.idle
 
     @property
     def dependent_motors(self) -> tuple[str, ...]:
-        """Motors that follow from the other ones. They are passive coordinates."""
+        """Motors that depend on the other ones, and so are passive coordinates."""
         return self._model.dependent_motors
 
     @property
@@ -109,20 +109,20 @@ class Robot:
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """Names of the frames and links whose pose is known."""
+        """Names of all frames and links."""
         return self._model.frames
 
     @property
     def loops(self) -> tuple[str, ...]:
-        """Names of the blocks of loops in the order in which they close.
+        """Names of the loops, or of groups that close together, in solving order.
 
-        A block is one loop, or several loops joined by +.
+        Names of a group are joined by +.
         """
         return self._model.loops
 
     @property
     def redundant_equations(self) -> Mapping[str, int]:
-        """How many equations of each loop follow from the others and are left out, by rank."""
+        """Number of redundant equations by loop."""
         return self._model.redundant_equations
 
     @property
@@ -134,9 +134,9 @@ class Robot:
     def limits(self) -> Array:
         """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
 
-        They are the limits of the description, narrowed to the `closing_range`, and to what the
-        limits of joints that follow this one alone leave, through loops or as followers. Where an
-        iteration closes the loop, limits of its joints do not narrow them.
+        They are the intersection of three ranges: the limits of the description, the
+        `closing_range`, and the range in which all joints that follow this one alone are within
+        their limits. Joints of loops that are closed by iteration do not narrow it.
         """
         return self._model.limits
 
@@ -144,7 +144,7 @@ class Robot:
     def effort_limits(self) -> Array:
         """Largest effort (n,) of each active joint [N m, N], infinite if none is given.
 
-        They are kept for those who plan and control; dynamics and simulation do not apply them.
+        They are for planning and control. Dynamics and simulation do not apply them.
         """
         return self._model.effort_limits
 
@@ -188,9 +188,9 @@ class Robot:
 
     @property
     def follows(self) -> bool:
-        """Whether some loop has no closed form.
+        """Whether a loop has no closed form.
 
-        The assembly mode of such a loop is that of the state from which it is followed.
+        Its assembly mode is that of the state from which it is followed.
         """
         return self._model.follows
 
@@ -204,7 +204,7 @@ class Robot:
 
     @property
     def middle_turns(self) -> list[int]:
-        """Places in s of the second turn of each ball or free joint, which ends at a quarter."""
+        """Index in s of each ball or free joint's second angle, which is singular at +-pi/2."""
         return self._model.middle_turns
 
     # -- kinematics
@@ -215,9 +215,9 @@ class Robot:
 
     @property
     def pose_chain(self) -> PoseChain | None:
-        """The end effector's coordinates, where its pose determines them in closed form.
+        """The end effector's coordinates, if its pose determines them in closed form.
 
-        None where inverse kinematics has no closed form by such coordinates.
+        None if inverse kinematics has no closed form by such coordinates.
         """
         return self._kinematics.pose_chain
 
@@ -232,27 +232,26 @@ class Robot:
     ) -> IKResult:
         """Active coordinates within `limits` that bring the end effector to a target.
 
-        The search starts at `seed`, or else at `near`, or else at the reference. Where that fails,
-        or all solutions are wanted, it starts again from a fixed set of places over the limits.
+        The search starts at `seed`, by default at `near` or the reference. If that fails, or if all
+        solutions are requested, a fixed set of starts over the limits follows.
 
         Args:
-            target: position (3,) [m], or a Pose, in the base frame; or a batch, (N, 3) or a Pose
-                of N.
+            target: position (3,) [m] or Pose in the base frame; for a batch, (N, 3) or a Pose of N.
             seed: active coordinates (n,) or (N, n) to start from [rad, m].
             all_solutions: whether to search for all solutions.
-            mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the
-                target gives if None.
+            mask: selects x, y, z and the rotation about x, y, z, in base axes; None: all that the
+                target gives.
             near: closed state whose assembly modes are kept, one or one for each target; the
                 robot's modes if None.
-            tolerance: `residual` [m] below which the target counts as reached. A target with more
-                coordinates than the robot has freedoms is met no better than its digits.
+            tolerance: `residual` [m] below which the target counts as reached. If the target has
+                more coordinates than the robot has freedoms, choose it above the target's rounding.
 
         Returns:
-            The solution, and a `status` that says why the search ended. Of a batch, an `IKBatch`
-            with N of each; rows are searched one by one.
+            The solution, with a `status` that says why the search ended. For a batch, an `IKBatch`
+            with N of each; rows are independent.
 
         Raises:
-            InputError: an argument cannot be used, or the target is too far away to compute with.
+            InputError: an argument is wrong, or the target is too far away for floats.
         """
         return inverse_kinematics(self, target, seed, all_solutions, mask, near, tolerance)
 
@@ -263,22 +262,23 @@ class Robot:
         ranges: Mapping[str, tuple[float, float]] | None = None,
         held: Mapping[str, float] | None = None,
     ) -> Workspace:
-        """Where a frame can be, and how near to singular places and limits the robot is there.
+        """The workspace of a frame by samples, with distances to singularities and limits.
 
-        More samples are taken towards the ends and about the extremes. The `status` of a sample
-        says whether it closes. A run of more than a second shows its progress on a terminal.
+        Further samples are taken near the ends of ranges and near the extremes. The `status` of a
+        sample says whether it closes. Runs of more than a second show their progress on a terminal.
 
         Args:
-            count: samples that are spread evenly over the active coordinates within `limits`.
+            count: number of samples that are evenly distributed over the active coordinates within
+                `limits`.
             frame: name in `frames`; the end effector if None.
             ranges: narrower ranges by name [rad, m].
-            held: values of the coordinates that stay the same, by name [rad, m].
+            held: constant coordinates by name [rad, m].
 
         Returns:
             The samples.
 
         Raises:
-            InputError: a range is empty or outside of the limits; or a held coordinate is not
+            InputError: a range is empty or outside of the limits, or a constant coordinate is not
                 active, not finite, or has a range too.
         """
         return find_workspace(self, count, frame, ranges, held=held)
@@ -287,9 +287,9 @@ class Robot:
 
     @property
     def loads(self) -> Loads:
-        """What the description says acts on the robot besides its actuators.
+        """Loads of the description: all forces besides the actuators.
 
-        Gravity, payloads, friction, rotors, springs.
+        They are gravity, payloads, friction, rotors and springs.
         """
         return self._dynamics.loads
 
@@ -317,16 +317,16 @@ class Robot:
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """The joints that are driven, in the order of the coordinates.
+        """Driven joints that determine the motion, in the order of the coordinates.
 
-        These are the joints with an actuator, then active joints until the motion of all but the
-        idle ones is determined.
+        Joints with an actuator come first, then active joints until all but the idle coordinates
+        are determined.
         """
         return self._actuation.drives
 
     @property
     def all_drives(self) -> tuple[str, ...]:
-        """Every joint that is driven, in the order of the coordinates, redundant ones too."""
+        """All driven joints, including redundant ones, in the order of the coordinates."""
         return self._actuation.all_drives
 
     distribute = delegate("_actuation", Actuation.distribute)
@@ -338,7 +338,7 @@ class Robot:
 
     @lazy
     def kernels(self) -> RobotKernels:
-        """Compiled calls, from active coordinates straight to a result. The quickest way."""
+        """Compiled calls, from active coordinates to a result, for the least overhead."""
         return RobotKernels(self._kernels, self._closure, self._dynamics, self.loads)
 
     kernel = delegate("_kernels", KernelStore.kernel)

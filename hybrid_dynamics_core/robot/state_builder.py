@@ -1,4 +1,4 @@
-"""From results of the closure kernel to closed states."""
+"""Building of closed states from results of the closure kernel."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .model import RobotModel
 
 
 class StateBuilder:
-    """Makes the closed states of one robot."""
+    """Builder of the closed states of one robot."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -40,25 +40,25 @@ class StateBuilder:
         codes: Codes,
         check: bool = True,
     ) -> ClosedState:
-        """The state of what the closure kernel returned.
+        """Build a state from results of the closure kernel.
 
         Args:
             u: active coordinates (n,) or (N, n) [rad, m].
             du: active rates of the same shape [rad/s, m/s].
             signs: branch signs (blocks,), or (N, blocks).
-            values: results of the kernel by name. They become part of the state.
+            values: results of the kernel by name; their arrays become part of the state.
             codes: status codes () or (N,).
             check: whether a state that does not close is an error. If False, its row is NaN.
 
         Raises:
             ClosureError: a loop cannot close.
-            SingularityError: a loop is singular, or the way there leaves its assembly mode.
+            SingularityError: a loop is singular, or the motion leaves its assembly mode.
             InputError: the result is not finite.
         """
         status: ClosureStatus | np.ndarray = ClosureStatus.OK
         iterations: int | np.ndarray
         residual: float | Array
-        # one closed state is by far the most frequent case
+        # fast path for one closed state
         if u.ndim == 1 and codes == GOOD:
             iterations = int(values["iterations"][0])
             sizes = map(abs, values["residuals"].tolist())
@@ -67,7 +67,7 @@ class StateBuilder:
             self._mark_failures(u, signs, values, codes, check)
             status = closure_statuses(codes)
             iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
-            # rows are short: in this order the maximum is quick
+            # the maximum over the first axis is faster, since rows are short
             columns = np.abs(values["residuals"].T, order="C")
             residual = columns.max(axis=0, initial=0.0)
             if u.ndim == 1:
@@ -93,9 +93,9 @@ class StateBuilder:
         )
 
     def on_modes_of(self, near: ClosedState, state: ClosedState) -> ClosedState:
-        """A state after a motion from `near`.
+        """A state with the mode names of the state `near` that it was followed from.
 
-        Loops without a closed form are on the mode they came from.
+        This concerns loops without a closed form.
         """
         branch = dict(state.branch)
         for name in self._iterated:
@@ -113,7 +113,7 @@ class StateBuilder:
         codes: Codes,
         check: bool,
     ) -> None:
-        """Raise for rows that do not close; without `check` make them NaN."""
+        """Raise if a row does not close; without `check` set it to NaN."""
         if not any_failed(codes):
             return
         if check:
@@ -123,7 +123,7 @@ class StateBuilder:
             value[codes != GOOD] = np.nan
 
     def _branch_of(self, signs: Array) -> Mapping[str, str]:
-        """Names of the modes, of the last row. Motions stay on theirs, so they are made once."""
+        """Names of the modes of the last row; cached, since motions stay on their modes."""
         if signs.ndim == 2:
             signs = signs[-1]
         key = signs.tobytes()

@@ -1,4 +1,4 @@
-"""A robot, or its description, where either is taken."""
+"""Conversion of arguments that may be a robot or a description."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ AnyRobot = Robot | RobotDescription
 
 
 def robot_of(robot: object) -> Robot:
-    """The robot itself, or the one that a description describes.
+    """The robot itself, or the robot of a description.
 
     Raises:
-        InputError: it is neither.
+        InputError: `robot` is neither.
     """
     if isinstance(robot, RobotDescription):
         return Robot(robot)
@@ -23,10 +23,10 @@ def robot_of(robot: object) -> Robot:
 
 
 def description_of(robot: object) -> RobotDescription:
-    """The description of a robot, or the description itself.
+    """The description itself, or the description of a robot.
 
     Raises:
-        InputError: it is neither.
+        InputError: `robot` is neither.
     """
     if isinstance(robot, RobotDescription):
         return robot

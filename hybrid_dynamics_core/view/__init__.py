@@ -1,4 +1,4 @@
-"""Robots in the browser, in three dimensions: sliders, loops closed live, efforts, playback.
+"""A viewer in the browser: sliders, live closure, efforts, playback.
 
 >>> from hybrid_dynamics_core import load
 >>> from hybrid_dynamics_core.view import view
@@ -28,20 +28,20 @@ def open_viewer(
     host: str = "localhost",
     port: int = 8080,
 ) -> Viewer:
-    """A viewer that listens at host:port, to be used in a `with`; its `run` serves it.
+    """Open a viewer at host:port, for use in a `with`; `run` serves it.
 
     Args:
-        robot: to be shown, or its description.
-        motion: to be played back, from `motion_of` or a recording.
-        host: at which it listens.
-        port: at which it listens; 0: any free port.
+        robot: the robot to show, or its description.
+        motion: motion for playback, from `motion_of` or a recording.
+        host: host to listen at.
+        port: port to listen at; 0: any free port.
 
     Returns:
         The viewer.
 
     Raises:
-        InputError: where the port cannot be had.
-        MissingPackageError: without viser.
+        InputError: the port is not available.
+        MissingPackageError: viser is not installed.
     """
     try:
         import viser  # noqa: F401, PLC0415  an extra
@@ -62,14 +62,14 @@ def view(
     """Show a robot in the browser until KeyboardInterrupt.
 
     Args:
-        robot: to be shown, or its description.
-        motion: to be played back, from `motion_of` or a recording.
-        host: at which the viewer listens.
-        port: at which the viewer listens; 0: any free port.
+        robot: the robot to show, or its description.
+        motion: motion for playback, from `motion_of` or a recording.
+        host: host to listen at.
+        port: port to listen at; 0: any free port.
 
     Raises:
-        InputError: where the port cannot be had.
-        MissingPackageError: without viser.
+        InputError: the port is not available.
+        MissingPackageError: viser is not installed.
     """
     import webbrowser  # noqa: PLC0415  slow to import
 

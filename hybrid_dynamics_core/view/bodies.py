@@ -1,4 +1,4 @@
-"""A robot as solid bodies that move with links, and spans between two links: made once."""
+"""Bodies of a robot for the scene: solids that move with links, and rods between two links."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from ..scene.symbols import Mark
 from . import meshes
 from .meshes import Mesh
 
-UNIT: Final = 0.0135  # radius of a joint, of the size of the robot
-SMALLEST: Final = 0.1  # [m] size of a robot that is one point
+UNIT: Final = 0.0135  # radius of a joint, as a share of the robot's size
+SMALLEST: Final = 0.1  # [m] least size of a robot
 STEEL: Final = "#c3ccd5"
 BASE: Final = "#9aa5b1"
 WHITE: Final = "#ffffff"
-OUT: Final = 1.75  # how much longer the hinge of a drive is on the base
+OUT: Final = 1.75  # factor of the length of a driven hinge on the base
 Kind = Literal["link", "joint", "closure"]
 Names = tuple[str, ...]
 
@@ -39,12 +39,12 @@ class SolidBody:
     """A solid body that moves with a link.
 
     Attributes:
-        kind: what of the robot it shows.
-        names: of the link, the joints or the closure that it shows.
-        link: with which it moves.
-        mesh: in the axes of the link.
+        kind: kind of its owner: link, joint or closure.
+        names: names of the link, joints or closure that it shows.
+        link: the link that it moves with.
+        mesh: mesh in link axes.
         colour: #rrggbb.
-        role: what it is.
+        role: its role.
     """
 
     kind: Kind
@@ -57,16 +57,16 @@ class SolidBody:
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """What reaches from a point of one link to a point of another: a rod.
+    """A rod from a point on one link to a point on another.
 
     Attributes:
-        kind: what of the robot it shows.
-        names: of the link or the joints that it shows.
-        links: that it joins.
-        points: (3,) each, in the axes of its link [m].
+        kind: kind of its owner: link, joint or closure.
+        names: names of the link or joints that it shows.
+        links: the two links.
+        points: (3,) each, in the axes of their link [m].
         radius: [m].
         colour: #rrggbb.
-        along: (3,) its direction in the axes of the first link, where that is always the same.
+        along: (3,) its direction in the axes of the first link, if constant.
     """
 
     kind: Kind
@@ -80,10 +80,10 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class Anchor:
-    """Where the name and the effort of a joint are shown.
+    """The place of a joint's name and effort.
 
     Attributes:
-        link: in whose axes it is.
+        link: the link of its axes.
         point: (3,) [m].
         axis: (3,) of the joint.
     """
@@ -95,19 +95,19 @@ class Anchor:
 
 @dataclass(frozen=True, eq=False)
 class RobotShape:
-    """All that is shown of a robot.
+    """The geometry of a robot in the scene.
 
     Attributes:
-        robot: that is shown.
-        reference: the state of which the bodies were made.
-        tree: of the robot.
-        skeleton: in that state.
-        bodies: that move with links.
-        spans: between links.
-        anchors: by joint.
+        robot: the robot.
+        reference: the state in which the bodies were made.
+        tree: the spanning tree.
+        skeleton: the skeleton in that state.
+        bodies: bodies that move with links.
+        spans: rods between links.
+        anchors: anchors by joint.
         unit: radius of a joint [m].
-        size: of the robot [m].
-        points: (k, 3) what a camera has to show [m].
+        size: size of the robot [m].
+        points: (k, 3) points for the camera to show [m].
     """
 
     robot: Robot
@@ -127,7 +127,7 @@ class RobotShape:
 
 
 def robot_shape(robot: Robot, state: ClosedState) -> RobotShape:
-    """The bodies of a robot; their lengths are those of one closed state."""
+    """Make the bodies of a robot, with lengths from one closed state."""
     skeleton = place_skeleton(robot, state)
     tree = build_tree(robot.description)
     groups = group_joints(skeleton)
@@ -165,14 +165,14 @@ def robot_shape(robot: Robot, state: ClosedState) -> RobotShape:
 
 
 def span_pose(span: Span, poses: Mapping[str, Pose]) -> tuple[Array, Array, float]:
-    """Where a span is.
+    """The pose of a rod.
 
     Args:
-        span: between two links.
-        poses: of the links.
+        span: the rod.
+        poses: poses of the links.
 
     Returns:
-        Rotation (3, 3) with z along it, its start (3,) [m] and its length [m].
+        Rotation (3, 3) with z along the rod, its start (3,) [m] and its length [m].
     """
     first, second = (poses[link] for link in span.links)
     start = _moved(span.points[0], first)
@@ -195,14 +195,14 @@ def _moved(point: Array, pose: Pose) -> Array:
 
 
 def _within_limits(robot: Robot, state: ClosedState, carried: Attached) -> Attached:
-    """Barrels short enough for the stroke."""
+    """The cylinders with barrels short enough for their strokes."""
     barrels = [_limited(robot, state, cylinder) for cylinder in carried.barrels]
     rods = [_limited(robot, state, cylinder) for cylinder in carried.rods]
     return replace(carried, barrels=barrels, rods=rods)
 
 
 def _limited(robot: Robot, state: ClosedState, cylinder: CylinderShape) -> CylinderShape:
-    """A cylinder with the least length that it has within the limits of its joint."""
+    """A cylinder with its least length within the limits of its joint."""
     joint = cylinder.joint
     lower, upper = joint.limits
     if joint.name in robot.active:
@@ -219,7 +219,7 @@ def _limited(robot: Robot, state: ClosedState, cylinder: CylinderShape) -> Cylin
 
 
 class _ShapeBuilder:
-    """Turns marks, which are in base axes, into bodies in the axes of their links."""
+    """Converts marks in base axes to bodies in link axes."""
 
     def __init__(
         self,
@@ -239,7 +239,7 @@ class _ShapeBuilder:
         self.spans: list[Span] = []
 
     def add_marks(self, marks: Sequence[Mark]) -> None:
-        """Bodies for parts, spans for rods, small balls for dots; lines are not shown."""
+        """Add bodies for parts, rods, and small balls for dots; lines are not shown."""
         radius = 0.6 * self.unit
         for mark in marks:
             if not isinstance(mark, Part):
@@ -252,7 +252,7 @@ class _ShapeBuilder:
                 self._add_body(mark)
 
     def add_carriers(self, groups: Sequence[JointGroup]) -> None:
-        """Coordinates of a platform that nothing holds: thin lines from where they are zero."""
+        """Add thin lines, from zero, for coordinates of a platform without bodies."""
         for group in groups:
             if group.kind != "carrier":
                 continue
@@ -273,7 +273,7 @@ class _ShapeBuilder:
     def _add_body(self, part: Part) -> None:
         kind, names = self._owner(part)
         if part.role == "hinge" and self._is_drive_on_base(part, names):
-            middle = part.points.mean(axis=0)  # out of the base, whose bars are thicker than others
+            middle = part.points.mean(axis=0)  # to be visible outside of the base
             longer = middle + OUT * (part.points - middle)
             part = replace(part, points=longer)
         link = self._link_of(kind, names, part)
@@ -288,9 +288,9 @@ class _ShapeBuilder:
         return on_base and self.joints[names[0]].active
 
     def _add_rod(self, part: Part) -> None:
-        """From the mouth of the barrel, which is on the other link, to its end.
+        """Add a rod from its end to the mouth of its barrel, which is on the other link.
 
-        It slides as the joint does.
+        Its length changes with the joint.
         """
         kind, names = self._owner(part)
         end_link, mouth_link = part.links
@@ -312,7 +312,7 @@ class _ShapeBuilder:
         self.spans.append(span)
 
     def _owner(self, part: Part) -> tuple[Kind, Names]:
-        """What of the robot a part shows."""
+        """Kind and names of the owner of a part."""
         kind, _, name = part.owner.partition(":")
         if kind == "joint":
             return "joint", self.groups.get(name, (name,))
@@ -321,7 +321,7 @@ class _ShapeBuilder:
         return "link", (name,)
 
     def anchor(self, joint: PlacedJoint, cylinder: CylinderShape | None) -> Anchor:
-        """At the mouth of a barrel, on what slides, or at a hinge."""
+        """The anchor of a joint: at the mouth of a barrel, on a slide, or at a hinge."""
         link, point = joint.parent, joint.point
         if cylinder is not None:
             point = cylinder.mouth
@@ -332,12 +332,12 @@ class _ShapeBuilder:
         return Anchor(link, self._local(link, point), axis)
 
     def _local(self, link: str, point: Array) -> Array:
-        """A point (3,) in base axes in the axes of a link."""
+        """A point (3,) in base axes, converted to link axes."""
         rotation, origin = self.poses[link]
         return np.asarray(rotation.T @ (point - origin))
 
     def _link_of(self, kind: Kind, names: Names, part: Part) -> str:
-        """The link with which a part moves; an axis is fixed in both that it joins."""
+        """The link that a part moves with."""
         if kind == "link":
             return names[0]
         if kind == "closure":

@@ -1,4 +1,4 @@
-"""Where the camera stands at the start, and the floor under a robot."""
+"""The initial camera, and the floor under a robot."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from ..scene.projection import choose_projection
 from ..scene.skeleton import Skeleton
 from .ranges import round_value
 
-# Of view, from top to bottom: narrow, so that parallel bars look parallel.
+# Vertical field of view: narrow, so that parallel bars look parallel.
 FIELD: Final = np.radians(32.0)
-# How far the camera stands aside of the plane's normal, of a planar mechanism.
+# Offset of the camera from the normal of a planar mechanism's plane.
 ASIDE: Final = np.radians(28.0)
 ABOVE: Final = np.radians(20.0)
-_CORNER: Final = (-0.95, 0.72)  # to the right and up, in radii of what is shown
-ROOM: Final = 1.22  # round the robot
+_CORNER: Final = (-0.95, 0.72)  # to the right and up, in radii of the shown sphere
+ROOM: Final = 1.22  # margin around the robot, as a factor
 _UP: Final = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A camera that looks at a robot.
+    """A camera.
 
     Attributes:
         position: (3,) in base axes [m].
         look_at: (3,) in base axes [m].
-        radius: what it has to show is within this distance of `look_at` [m].
-        field: of view from top to bottom [rad].
-        shown: (k, 3) what it was made to show [m].
+        radius: radius of the shown sphere around `look_at` [m].
+        field: vertical field of view [rad].
+        shown: (k, 3) points to show [m].
     """
 
     position: Array
@@ -43,9 +43,9 @@ class Camera:
 
     @property
     def corner(self) -> Array:
-        """(3,) to the left and above, in the plane of `look_at` [m].
+        """(3,) a point at the upper left, in the plane of `look_at` [m].
 
-        It is beside all that the camera has to show, and within its picture.
+        It is outside of the shown sphere, and inside the picture.
         """
         away = self.look_at - self.position
         side = np.cross(away, _UP)
@@ -70,16 +70,16 @@ class Camera:
         return bool(within.all())
 
     def around(self, points: Array) -> Camera:
-        """Another one, that looks the same way and shows points (k, 3)."""
+        """A camera with the same direction that shows points (k, 3)."""
         return camera_around(points, unit_vector(self.position - self.look_at))
 
     def following(self, points: Array, aspect: float) -> Camera:
-        """Itself, or another one that shows points besides.
+        """The same camera, or another one that also shows further points.
 
-        The other one shows all that this one did: what goes to and fro moves it once.
+        The other one still shows the points of this one, so periodic motion moves it only once.
 
         Args:
-            points: (k, 3) to be shown [m].
+            points: (k, 3) points to show [m].
             aspect: width over height of the picture.
 
         Returns:
@@ -93,18 +93,18 @@ class Camera:
         return self.around(points)
 
     def position_for(self, aspect: float) -> Array:
-        """Where it has to stand (3,) [m] for a canvas whose width is `aspect` times its height."""
+        """Its position (3,) [m] for a canvas whose width is `aspect` times its height."""
         distance = (self.position - self.look_at) / min(aspect, 1.0)
         return np.asarray(self.look_at + distance)
 
 
 @dataclass(frozen=True)
 class Floor:
-    """A level square.
+    """A horizontal square.
 
     Attributes:
         level: its height [m].
-        side: of the square [m].
+        side: side of the square [m].
         tile: side of a tile [m].
     """
 
@@ -114,11 +114,11 @@ class Floor:
 
 
 def camera_for(skeleton: Skeleton, points: Array) -> Camera:
-    """A camera from the side where the robot is planar, else from where least is hidden.
+    """A camera for a side view of a planar robot, otherwise for an oblique view.
 
     Args:
-        skeleton: of the robot.
-        points: (k, 3) to be shown [m].
+        skeleton: the robot's skeleton.
+        points: (k, 3) points to show [m].
 
     Returns:
         The camera.
@@ -134,7 +134,7 @@ def camera_for(skeleton: Skeleton, points: Array) -> Camera:
 
 
 def camera_around(points: Array, toward: Array) -> Camera:
-    """A camera that shows all points (k, 3) [m]; `toward` (3,) is the direction from them to it."""
+    """A camera that shows points (k, 3) [m] from the direction `toward` (3,)."""
     low = points.min(axis=0)
     high = points.max(axis=0)
     middle = 0.5 * (low + high)
@@ -145,12 +145,12 @@ def camera_around(points: Array, toward: Array) -> Camera:
 
 
 def unit_vector(vector: Array) -> Array:
-    """A vector (3,) of length one, along one that is not zero."""
+    """A vector (3,), normalised; it must not be zero."""
     return np.asarray(vector / np.linalg.norm(vector))
 
 
 def floor_under(points: Array, unit: float) -> Floor:
-    """The floor below points (k, 3) [m], some radii of a joint `unit` [m] under the lowest."""
+    """The floor below points (k, 3) [m]; `unit` is the radius of a joint [m]."""
     extent = np.ptp(points, axis=0).max()
     tile = round_value(max(float(extent), 1e-3) / 5.0)
     lowest = float(points[:, 2].min())

@@ -1,4 +1,4 @@
-"""All of the robot in a window of any shape, until somebody moves the camera, and on request."""
+"""Cameras that show the whole robot in any window, until a user moves them, or on request."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ import viser
 from ..ground.arrays import Array
 from .camera import Camera
 
-# Of the distance: nearer than this to where the camera was put, nobody has moved it.
+# Share of the distance: a camera this near to where it was put was not moved by a user.
 NEAR: Final = 1e-3
-UNDER_WAY: Final = 8  # places that a browser may still tell of while it is already put elsewhere
+UNDER_WAY: Final = 8  # earlier positions that a browser may still report after a new one was set
 
 
 class CameraFit:
-    """Puts the camera of each browser where it shows the robot.
+    """Sets the camera of each browser so that it shows the robot.
 
-    It does so again when the canvas changes or the robot leaves it. A camera that a person has
-    turned, shifted or zoomed is not touched, until its person asks for the robot.
+    It does so again when the canvas changes or the robot leaves it. A camera that a user has moved
+    is left alone, until the user requests to see the robot.
 
     Args:
-        server: of viser.
-        camera: of all browsers at first.
+        server: the server of viser.
+        camera: initial camera of all browsers.
 
     Attributes:
-        camera: of who comes now, and of all who did not ask for another.
+        camera: camera of new browsers, and of all without one of their own.
     """
 
     def __init__(self, server: viser.ViserServer, camera: Camera) -> None:
         self.camera = camera
         self._server = server
         self._cameras: dict[int, Camera] = {}  # by browser
-        self._positions: dict[int, deque[Array]] = {}  # where it was put of late, by browser
+        self._positions: dict[int, deque[Array]] = {}  # recent positions by browser
         server.on_client_connect(self._connected)
         server.on_client_disconnect(self._disconnected)
 
@@ -50,18 +50,18 @@ class CameraFit:
         self._cameras.pop(client.client_id, None)
 
     def show(self, points: Array, client: viser.ClientHandle) -> None:
-        """Bring points (k, 3) into the picture of a browser, whoever moved its camera.
+        """Show points (k, 3) in a browser, even if its user moved the camera.
 
-        The direction of its view stays.
+        The viewing direction is kept.
         """
         present = Camera(client.camera.position, client.camera.look_at, 0.0)
         self._cameras[client.client_id] = present.around(points)
         self._move(client)
 
     def follow(self, points: Array) -> None:
-        """Bring points (k, 3) into all pictures that they have left.
+        """Show points (k, 3) in all browsers whose picture they have left.
 
-        Cameras that a person moved stay.
+        Cameras moved by users are left alone.
         """
         before = self.camera
         self.camera = before.following(points, 1.0)
@@ -76,7 +76,7 @@ class CameraFit:
             self.fit(client)
 
     def fit(self, client: viser.ClientHandle) -> None:
-        """Move the camera to where it belongs, unless a person moved it."""
+        """Move the camera to its place, unless a user moved it."""
         camera = self._cameras.get(client.client_id)
         if camera is None or self._was_moved(client, camera):
             return
@@ -86,7 +86,7 @@ class CameraFit:
             self._move(client)
 
     def _was_moved(self, client: viser.ClientHandle, camera: Camera) -> bool:
-        """Whether a person has moved the camera of a browser."""
+        """Whether a user has moved the camera of a browser."""
         here = client.camera.position
         distance = np.linalg.norm(camera.position - camera.look_at)
         for position in self._positions.get(client.client_id, ()):
@@ -100,4 +100,4 @@ class CameraFit:
         self._positions[client.client_id].append(position)
         with client.atomic():
             client.camera.position = position
-            client.camera.look_at = camera.look_at  # viser shifts it along
+            client.camera.look_at = camera.look_at  # viser shifts the position with it

@@ -1,4 +1,4 @@
-"""What a full bar, or the longest arrow, stands for."""
+"""The effort of a full bar, or of the longest arrow."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ NOTHING: Final = 1e-9  # [N m or N] efforts below this are rounding
 
 
 def limit_of(robot: Robot, name: str, effort: float) -> float:
-    """What a drive can give toward the side of an effort.
+    """The largest force of a cylinder in the direction of an effort.
 
     Args:
-        robot: with the drive.
-        name: of the driven joint.
-        effort: whose sign is the side [N].
+        robot: the robot.
+        name: name of the driven joint.
+        effort: effort whose sign is the direction [N].
 
     Returns:
-        The force at supply pressure [N]; infinite where the robot's file gives none.
+        The force at supply pressure [N]; infinite if the description gives none.
     """
     cylinder = robot.description.actuators.get(name)
     if cylinder is None or not math.isfinite(cylinder.supply_pressure):
@@ -35,28 +35,29 @@ def limit_of(robot: Robot, name: str, effort: float) -> float:
 
 
 class EffortScale:
-    """Full bars of the drives of a robot.
+    """The efforts of full bars for the drives of a robot.
 
-    For a cylinder of known supply pressure it is its force at that pressure. All other forces share
-    one, and all other torques: a round number above the largest value so far. It never shrinks.
+    For a cylinder with a known supply pressure it is the force at that pressure. All other forces
+    share a value, and so do all torques: a round number above the largest value so far, which never
+    decreases.
 
     Args:
-        robot: with the drives.
+        robot: the robot.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self.largest: dict[str, float] = {}  # [N m or N] by type of joint
+        self.largest: dict[str, float] = {}  # [N m or N] largest so far, by type of joint
 
     def full(self, names: Sequence[str], values: Array) -> Array:
-        """What a full bar of each drive is, efforts that are to be shown now included.
+        """The effort of a full bar for each drive, after including new efforts.
 
         Args:
-            names: of the driven joints.
-            values: (k,) their efforts [N m or N].
+            names: names of the driven joints.
+            values: (k,) new efforts [N m or N].
 
         Returns:
-            (k,) [N m or N]; infinite where all efforts were zero so far.
+            (k,) [N m or N]; infinite if all efforts were zero so far.
         """
         kinds = [self.robot.joint_types[name] for name in names]
         limits = []
@@ -70,6 +71,6 @@ class EffortScale:
         return np.where(is_limited, limits, shared)
 
     def _grow(self, kind: str, size: float) -> None:
-        """Have bars of a type of joint hold a value."""
+        """Increase the full bar of a type of joint if needed."""
         if size > max(NOTHING, self.largest.get(kind, 0.0)):
             self.largest[kind] = round_above(size)

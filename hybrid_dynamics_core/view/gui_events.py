@@ -9,19 +9,17 @@ if TYPE_CHECKING:
     import viser
 
 Action = Callable[[], None]
-Enqueue = Callable[
-    [str, Action], None
-]  # a key, of which only the last action counts, and what to do
+Enqueue = Callable[[str, Action], None]  # (key, action): of one key, only the last action is done
 Handler = Callable[["viser.GuiEvent[Any]"], Coroutine[Any, Any, None]]
 
 
 def in_order(act: Callable[[viser.GuiEvent[Any]], None]) -> Handler:
-    """Hear of events of controls in the order in which the browser sent them.
+    """A handler that receives events of controls in the order in which the browser sent them.
 
-    viser gives plain functions to a pool of threads, where a later event may overtake.
+    viser runs plain functions in a thread pool, where a later event may overtake an earlier one.
 
     Args:
-        act: returns at once, it runs in viser's event loop.
+        act: function to call in viser's event loop; it must return at once.
     """
 
     async def handle(event: viser.GuiEvent[Any]) -> None:
@@ -31,10 +29,10 @@ def in_order(act: Callable[[viser.GuiEvent[Any]], None]) -> Handler:
 
 
 def set_value(control: viser.GuiInputHandle[Any], value: float | str) -> None:
-    """Move a control from the program."""
+    """Set a control from the program."""
     control.value = value  # type: ignore[misc]  # mypy does not see viser's setter
 
 
 def is_from_browser(event: viser.GuiEvent[Any]) -> bool:
-    """Whether a control was moved in a browser; viser calls back for moves of the program too."""
+    """Whether a control was moved in a browser, since viser also reports moves of the program."""
     return event.client is not None

@@ -1,6 +1,6 @@
-"""Triangle meshes: revolved bodies with sharp edges, rounded bodies round points, arrows.
+"""Triangle meshes: bodies of revolution, rounded hulls of points, arrows.
 
-Lengths in [m], no colours.
+Lengths are in [m]. Meshes have no colours.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from ..ground.arrays import Array
 from ..scene.parts import across_axis
 
 AROUND: Final = 40  # corners of a circle
-SWEEP: Final = 4.6  # [rad] of an arrow round an axis
-CHAMFER: Final = 0.12  # of the radius, at the edges of revolved bodies
-_HEAD: Final = 0.55  # [rad] of the head of that arrow
-_AROUND_RING: Final = 16  # corners of a circle across that arrow
+SWEEP: Final = 4.6  # [rad] angle of an arrow around an axis
+CHAMFER: Final = 0.12  # share of the radius, at edges of bodies of revolution
+_HEAD: Final = 0.55  # [rad] angle of that arrow's head
+_AROUND_RING: Final = 16  # corners of that arrow's cross section
 
 Faces = NDArray[np.int64]
-Corner = tuple[float, float]  # radius and height
+Corner = tuple[float, float]  # (radius, height)
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles.
+    """A triangle mesh.
 
     Attributes:
         vertices: (k, 3) corners.
@@ -40,7 +40,7 @@ class Mesh:
     faces: Faces
 
     def placed(self, rotation: Array, origin: Array) -> Mesh:
-        """The mesh moved: `rotation` (3, 3) of its axes, then `origin` (3,)."""
+        """The mesh rotated by `rotation` (3, 3), then moved by `origin` (3,)."""
         return Mesh(self.vertices @ rotation.T + origin, self.faces)
 
 
@@ -55,17 +55,16 @@ def join_meshes(meshes: Sequence[Mesh]) -> Mesh:
     return Mesh(np.vstack(vertices), np.vstack(faces))
 
 
-# -- revolved bodies
+# -- bodies of revolution
 
 
 def revolved(profile: Sequence[Corner]) -> Mesh:
-    """A body turned about z from a profile, from the bottom to the top, outside to the right.
+    """A body of revolution about z from a profile, given from bottom to top.
 
-    Every piece of the profile has corners of its own, so that its edges stay sharp in smooth
-    shading.
+    Each piece of the profile has its own vertices, so that edges stay sharp in smooth shading.
 
     Args:
-        profile: (radius, height) of its corners.
+        profile: corners (radius, height).
 
     Returns:
         The body.
@@ -75,7 +74,7 @@ def revolved(profile: Sequence[Corner]) -> Mesh:
 
 
 def _revolved_piece(low: Corner, high: Corner) -> Mesh:
-    """One piece of a profile turned about z; a radius of zero is a tip."""
+    """The surface of one piece of a profile; a radius of zero is a tip."""
     angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     rings = []
@@ -101,7 +100,7 @@ def _triangles(first: Faces, second: Faces, third: Faces) -> Faces:
 
 
 def cylinder(radius: float, start: Array, end: Array) -> Mesh:
-    """A cylinder with broken edges between two points (3,)."""
+    """A cylinder with chamfered edges between two points (3,)."""
     length = float(np.linalg.norm(end - start))
     edge = CHAMFER * min(radius, length)
     inner, upper = radius - edge, length - edge
@@ -111,7 +110,7 @@ def cylinder(radius: float, start: Array, end: Array) -> Mesh:
 
 
 def tube(radius: float) -> Mesh:
-    """A cylinder along z from 0 to 1, to be stretched."""
+    """A cylinder along z from 0 to 1, for scaling."""
     bottom = [(0.0, 0.0), (radius, 0.0)]
     top = [(radius, 1.0), (0.0, 1.0)]
     return revolved(bottom + top)
@@ -128,7 +127,7 @@ def arrow(radius: float) -> Mesh:
 
 
 def rounded(points: Array, radius: float) -> Mesh:
-    """The hull of balls round points (k, 3): a ball, a capsule, a plate with round edges."""
+    """The hull of balls around points (k, 3): a ball, a capsule, a plate with round edges."""
     balls = points[:, None] + radius * _BALL[None]
     corners = balls.reshape(-1, 3)
     hull = ConvexHull(corners)
@@ -143,7 +142,7 @@ def rounded(points: Array, radius: float) -> Mesh:
 
 
 def ring_arrow(radius: float) -> Mesh:
-    """An arrow round z on a circle of radius 1, counterclockwise from x over SWEEP."""
+    """An arrow around z on a unit circle, counterclockwise from x by the angle SWEEP."""
     angles = np.linspace(0.0, SWEEP, 49)
     neck = SWEEP - _HEAD
     rings = [_ring(0.0, 0.0)]
@@ -155,7 +154,7 @@ def ring_arrow(radius: float) -> Mesh:
 
 
 def _ring(angle: float, size: float) -> Array:
-    """(k, 3) a circle of a size across the circle of radius 1, at an angle of that."""
+    """(k, 3) a circle of radius `size`, normal to the unit circle at an angle."""
     angles = np.linspace(0.0, 2.0 * np.pi, _AROUND_RING + 1)
     around = angles[:-1, None]
     outward = np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -165,7 +164,7 @@ def _ring(angle: float, size: float) -> Array:
 
 
 def _ring_piece(low: Array, high: Array) -> Mesh:
-    """The surface between two circles."""
+    """The surface between two cross sections."""
     count = len(low)
     here = np.arange(count)
     after = (here + 1) % count
@@ -185,13 +184,13 @@ def frame_along(direction: Array) -> Array:
 
 
 def frame_open(axis: Array, toward: Array) -> Array:
-    """(3, 3) a rotation whose z axis is along an axis (3,).
+    """(3, 3) a rotation with z along an axis (3,), for a ring arrow.
 
-    A ring arrow in it is open toward a direction (3,) across the axis.
+    The gap of the ring is towards a direction (3,) normal to the axis.
     """
     z = axis / np.linalg.norm(axis)
     open_to = toward / np.linalg.norm(toward)
-    middle = 0.5 * (SWEEP + 2.0 * np.pi)  # of what the arrow leaves open, from x
+    middle = 0.5 * (SWEEP + 2.0 * np.pi)  # middle of the gap, from x
     across = np.cross(z, open_to)
     x = np.cos(middle) * open_to - np.sin(middle) * across
     return np.stack([x, np.cross(z, x), z], axis=1)

@@ -1,4 +1,4 @@
-"""A motion to be played back: closed states over time, with the efforts that they take."""
+"""Motions for playback: closed states over time, with efforts."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ..errors import InputError, StateError
 from ..ground.arrays import Array
 from ..robot.robot import Robot
 
-RATE: Final = 100.0  # [Hz] at which a trajectory is closed
-LARGEST: Final = 6000  # states of a trajectory
+RATE: Final = 100.0  # [Hz] sampling rate of trajectories
+LARGEST: Final = 6000  # largest number of states
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,16 +22,15 @@ class Motion:
     """States over time.
 
     Attributes:
-        title: what it is, in a few words.
+        title: short title.
         time: (N,) [s], ascending, from 0.
-        state: closed, a batch of N.
+        state: closed states, a batch of N.
         ddu: (N, n) accelerations of the active joints; NaN where they are unknown.
-        recorded: (N, n) efforts that were measured [N m or N], NaN where not; None where there are
-            none at all.
-        note: what a reader of its efforts has to know.
+        recorded: (N, n) measured efforts [N m or N], NaN where missing; None if there are none.
+        note: a remark on its efforts.
 
     Raises:
-        InputError: for arrays that do not fit each other, and times that do not ascend.
+        InputError: shapes do not match, or times do not ascend.
     """
 
     title: str
@@ -50,7 +49,7 @@ class Motion:
             raise InputError("the times of a motion have to ascend")
 
     def _fits(self) -> bool:
-        """Whether there is one time, state and row of accelerations for each sample."""
+        """Whether times, states and accelerations have the same number of samples."""
         count = len(self.time)
         if self.time.ndim != 1 or count == 0:
             return False
@@ -84,25 +83,26 @@ def motion_of(
     title: str,
     recorded: Array | None = None,
 ) -> Motion:
-    """A trajectory of the active joints with all loops closed along it.
+    """A motion along a trajectory of the active joints, with all loops closed.
 
     Args:
-        robot: that moves.
-        trajectory: of its active joints.
-        title: what it is, in a few words.
-        recorded: (N, n) efforts at the trajectory's own times [N m or N], if any were.
+        robot: the robot.
+        trajectory: trajectory of its active joints.
+        title: short title.
+        recorded: (N, n) measured efforts at the trajectory's times [N m or N]; None if there are
+            none.
 
     Returns:
         The motion.
 
     Raises:
-        InputError: with the time at which the loops do not close.
+        InputError: the loops do not close; the message has the time.
     """
     wanted = round(trajectory.duration * RATE) + 1
     count = int(np.clip(wanted, 2, LARGEST))
     time = np.linspace(0.0, trajectory.duration, count)
     start, end = trajectory.times[0], trajectory.times[-1]
-    reference = trajectory(np.minimum(start + time, end))  # beyond the end it is at rest
+    reference = trajectory(np.minimum(start + time, end))  # at rest beyond the end
     try:
         state = robot.close_path(reference.u, reference.du)
     except StateError as error:

@@ -1,4 +1,4 @@
-"""Typed numbers: they come from the page as text, and are read as the command reads them."""
+"""Numbers typed in the page, parsed as on the command line."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from .slider import Slider
 _NUMBER: Final = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _WITH_UNIT: Final = re.compile(rf"{_NUMBER.pattern}\s*\*\s*[a-zA-Z]+")  # 65*mm
 _DEGREES: Final = re.compile(r"\s*\*?\s*(deg|degs|degree|degrees|°)$")
-LONGEST: Final = 40  # characters of what was typed that a message repeats
+LONGEST: Final = 40  # [characters] longest text repeated in a message
 
 
 class NumberInput:
-    """A hidden line of the page. `script` puts there what was typed into the box of a slider.
+    """A hidden text field of the page, to which `script` copies texts typed into slider boxes.
 
     Args:
-        gui: of viser.
+        gui: the GUI of viser.
     """
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._line = gui.add_text("typed", "")
 
     def listen(self, sliders: Iterable[Slider], begin: Callable[[], None]) -> None:
-        """Have each slider take what is typed into its box.
+        """Pass texts typed into boxes to their sliders.
 
         Args:
-            sliders: with boxes.
-            begin: called when somebody goes to a box.
+            sliders: the sliders.
+            begin: called when a box gets the focus.
         """
         by_label = {slider.label: slider for slider in sliders}
 
@@ -48,7 +48,7 @@ class NumberInput:
             if not is_from_browser(event):
                 return
             label, text, *_time = json.loads(event.target.value)
-            # without a text: somebody went to the box
+            # no text: a box got the focus
             if text is None:
                 begin()
             else:
@@ -56,14 +56,15 @@ class NumberInput:
 
 
 def parse_number(text: str, scope: Range) -> float:
-    """The number that a text is, in the unit of a range.
+    """Parse a number in the unit of a range.
 
     Args:
-        text: 0.25 or 5e-2; 65*mm or 30*deg in another unit; for an angle also a term, pi/6.
-        scope: range of the quantity.
+        text: a number such as 0.25 or 5e-2, with another unit as in 65*mm or 30*deg, or for angles
+            an expression such as pi/6.
+        scope: the range.
 
     Raises:
-        InputError: the text is none of these. The message says what to type instead.
+        InputError: the text is none of these; the message says what to type instead.
     """
     value = _read(text.strip(), scope.unit)
     if value is None:
@@ -90,8 +91,8 @@ def _read(text: str, unit: str) -> float | None:
 
 
 def _advice(text: str, unit: str) -> str:
-    """What to type instead, as far as that is plain."""
-    # the minus sign and the comma of a text that was copied from a page
+    """Advice on what to type instead, if possible."""
+    # typographic minus and comma of copied texts
     plain = text.replace("−", "-").replace(",", ".")
     guess = _DEGREES.sub("*deg", plain).removesuffix(unit).strip()
     if guess == text or _read(guess, unit) is None:

@@ -21,21 +21,21 @@ from .script import script_html
 from .session import DriveEfforts, ViewSession
 from .slider import Slider
 
-# Has the camera of a browser, or of all, show all of the robot.
+# Lets the camera of one browser, or of all, show the robot.
 FitCamera = Callable[[viser.ClientHandle | None], None]
 
 
 class Panel:
-    """The controls.
+    """The control panel.
 
-    What a person does is handed to `enqueue`. Nothing of the robot is touched in viser's threads.
+    Actions of users are passed to `enqueue`. The robot is not used in viser's threads.
 
     Args:
-        server: of viser.
-        session: that is shown and moved.
-        size: of the robot [m].
-        enqueue: takes what a person does.
-        fit: brings the robot into the picture.
+        server: the server of viser.
+        session: the session to show and control.
+        size: size of the robot [m].
+        enqueue: receives actions of users.
+        fit: lets cameras show the robot.
     """
 
     def __init__(
@@ -53,9 +53,9 @@ class Panel:
         self.target = np.array(session.state.u)
         self.modes: tuple[AssemblyMode, ...] = ()
         self.labels: list[str] = []
-        self.stale = True  # list of modes, and sliders that a person moved beyond the pose
+        self.stale = True  # whether the list of modes and the sliders need an update
         self.gui.add_html(panel_html.SHEET + script_html(session.robot.name))
-        typed = NumberInput(self.gui)  # right behind, where the sheet hides it
+        typed = NumberInput(self.gui)  # next to the script, where the style sheet hides it
         self._problem = self.gui.add_html("", visible=False)
         self.playback: Playback | None = None
         if session.motion is not None:
@@ -72,13 +72,13 @@ class Panel:
 
     @property
     def playing(self) -> bool:
-        """Whether a motion goes on by itself."""
+        """Whether a motion is playing."""
         return self.playback is not None and self.playback.playing
 
-    # -- what is shown
+    # -- updates
 
     def refresh(self, efforts: DriveEfforts) -> None:
-        """Numbers of the present state; sliders where it is, unless it could not follow them."""
+        """Update numbers and, unless the last request was refused, sliders."""
         self.show_problem()
         session = self.session
         self._state.content = panel_html.state_html(session)
@@ -92,7 +92,7 @@ class Panel:
             self.playback.refresh()
 
     def show_problem(self) -> None:
-        """Why the last request was refused, if it was."""
+        """Show why the last request was refused, if it was."""
         self._problem.content = panel_html.problem_html(self.session.problem)
         self._problem.visible = bool(self.session.problem)
 
@@ -102,14 +102,14 @@ class Panel:
             slider.follow(value)
 
     def settle(self) -> None:
-        """While nothing is requested: sliders back to the pose, and its assembly modes listed."""
-        self.stale = False  # whatever comes of it: it is tried once
+        """When idle, move the sliders back to the pose and list its assembly modes."""
+        self.stale = False  # tried only once
         self._follow()
         if self.session.state.loops:
             self.list_modes()
 
     def list_modes(self) -> None:
-        """Look for the assembly modes at the present coordinates."""
+        """List the assembly modes at the present coordinates."""
         self.modes = self.session.modes()
         self.labels = panel_html.mode_labels(self.modes, self.session.reference.branch)
         present = self.session.present(self.modes)
@@ -117,7 +117,7 @@ class Panel:
         if present is not None:
             set_value(self._mode, self.labels[present])
 
-    # -- what there is
+    # -- controls
 
     def _add_sliders(self, ranges: Array) -> None:
         robot = self.session.robot

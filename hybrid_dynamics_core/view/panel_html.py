@@ -18,7 +18,7 @@ from .session import DriveEfforts, ViewSession
 
 NEAR: Final = 0.1  # distance to a singularity below which the bar warns
 TOO_NEAR: Final = 0.03
-_ZERO: Final = 1e-9  # smaller numbers are written as 0
+_ZERO: Final = 1e-9  # smaller numbers are shown as 0
 _STYLE: Final = f"""<style>
 .hd {{ font: 12.5px/1.55 system-ui, sans-serif; padding: 0.1em 0.9em 0.4em; color: {INK}; }}
 .hd td {{ padding: 0 0.9em 0 0; }} .hd .q {{ color: {QUIET}; }} .hd .n {{ text-align: right; }}
@@ -33,11 +33,10 @@ _STYLE: Final = f"""<style>
   background: #fdf0e7; border-left: 4px solid {RED}; margin: 0.3em 0.6em;
   padding: 0.5em 0.8em; }}
 </style>"""
-# Width of the window up to which viser lays its panel over the scene, from below.
+# Width of the window up to which viser puts its panel below the scene.
 NARROW: Final = "36em"
-# In a narrow window the panel is below the scene, which is at least as wide as high. The line that
-# the page writes into (`script`) is hidden, reasons stay in sight, and names that are too long for
-# their field end in dots.
+# In a narrow window the panel is below the scene, which is at least as wide as high. The text field
+# of `script` is hidden, error texts stay visible, and long names end in dots.
 SHEET: Final = f"""<style>
 @media (max-width: {NARROW}) {{
   div:has(> .mantine-Paper-root .hd-sheet) {{ flex-direction: column; }}
@@ -66,7 +65,7 @@ _RECORDED_HEAD: Final = (
 
 
 def state_html(session: ViewSession) -> str:
-    """End effector, residual, distance to a singularity."""
+    """A table of end effector position, residual and distance to a singularity."""
     state = session.state
     entries = {
         escape(session.robot.end_effector): _position(session),
@@ -88,7 +87,7 @@ def _position(session: ViewSession) -> str:
 
 
 def _singularity(state: ClosedState) -> str:
-    """The distance to a singularity as a bar and a number, and the loop that is nearest to its."""
+    """The distance to a singularity as bar and number, and the nearest loop."""
     margin = float(state.singularity)
     loop = ""
     if state.loops:
@@ -105,19 +104,19 @@ def _margin_colour(margin: float) -> str:
 
 
 def modes_html(state: ClosedState) -> str:
-    """The assembly mode of each loop."""
+    """A table of the assembly mode of each loop."""
     return _named_rows({breakable(loop): escape(mode) for loop, mode in state.branch.items()})
 
 
 def mode_labels(modes: Sequence[AssemblyMode], reference: Mapping[str, str]) -> list[str]:
-    """A name for each assembly mode: in what it differs from the robot's own.
+    """A label for each assembly mode: the loops that differ from the robot's own mode.
 
     Args:
-        modes: to be named.
-        reference: the branch of the robot's own.
+        modes: the modes.
+        reference: the branch of the robot's own mode.
 
     Returns:
-        Names with numbers from 1.
+        Labels with numbers from 1.
     """
     differences = [_differences(mode, reference) for mode in modes]
     loops = set().union(*differences)
@@ -132,7 +131,7 @@ def mode_labels(modes: Sequence[AssemblyMode], reference: Mapping[str, str]) -> 
 
 
 def _differences(mode: AssemblyMode, reference: Mapping[str, str]) -> dict[str, str]:
-    """Loops in which a mode differs from the robot's own, with their names there."""
+    """Loops that differ from the robot's own mode, with their mode names."""
     return {loop: name for loop, name in mode.branch.items() if name != reference.get(loop)}
 
 
@@ -140,7 +139,7 @@ def _differences(mode: AssemblyMode, reference: Mapping[str, str]) -> dict[str, 
 
 
 def efforts_html(robot: Robot, efforts: DriveEfforts) -> str:
-    """A bar from the middle for each drive, with its number and unit, and what full bars are."""
+    """A table with a bar, number and unit for each drive, and the efforts of full bars."""
     if efforts.problem:
         return f"{_STYLE}<div class=hd>{escape(efforts.problem)}</div>"
     recorded: dict[str, float] = {}
@@ -159,7 +158,7 @@ def efforts_html(robot: Robot, efforts: DriveEfforts) -> str:
 
 
 def full_bars(robot: Robot, efforts: DriveEfforts) -> str:
-    """What full bars are, in words."""
+    """Text on the efforts of full bars."""
     has_limited = False
     shared: dict[str, float] = {}  # by type of joint
     values, bars = efforts.values.tolist(), efforts.full.tolist()
@@ -183,12 +182,12 @@ def full_bars(robot: Robot, efforts: DriveEfforts) -> str:
 
 
 def note_html(note: str) -> str:
-    """What has to be said of something shown."""
+    """A remark on the shown data."""
     return f"{_STYLE}<div class='hd q'>{escape(note)}</div>"
 
 
 def problem_html(problem: str) -> str:
-    """Why the picture did not follow."""
+    """The reason why a request was refused."""
     if not problem:
         return ""
     text = f"<b>The last pose stays.</b><br>{escape(problem)}"
@@ -199,12 +198,12 @@ def problem_html(problem: str) -> str:
 
 
 def breakable(names: str) -> str:
-    """Names joined by +, which may go on in the next line."""
+    """Names joined by +, with possible line breaks."""
     return escape(names).replace("+", "+<wbr>")
 
 
 def table(rows: Iterable[str]) -> str:
-    """Rows, each the cells of one."""
+    """An HTML table of rows of cells."""
     body = "".join(f"<tr>{row}</tr>" for row in rows)
     return f"{_STYLE}<div class=hd><table>{body}</table></div>"
 
@@ -221,13 +220,13 @@ def bar(
     colour: str,
     width: float = 7.0,
 ) -> str:
-    """A bar that is filled from one share of its width on.
+    """A partly filled bar.
 
     Args:
-        start: of the filled part, as a share of the width.
-        length: of the filled part, as a share of the width; negative to the left.
-        colour: of the filled part.
-        width: of the bar [em].
+        start: start of the filled part, as a share of the width.
+        length: length of the filled part, as a share of the width; negative to the left.
+        colour: colour of the filled part.
+        width: width of the bar [em].
 
     Returns:
         HTML.
@@ -242,7 +241,7 @@ def bar(
 
 
 def number(value: float) -> str:
-    """Four digits, without a power of ten."""
+    """A number with four digits, without an exponent."""
     if not np.isfinite(value):
         return "-"
     if abs(value) >= 1000.0:

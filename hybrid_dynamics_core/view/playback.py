@@ -1,4 +1,4 @@
-"""A motion played back: play, pause, speed, time."""
+"""Controls for playback of a motion: play, pause, speed, time."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .slider import Slider
 
 SPEEDS: Final = ("0.1 x", "0.25 x", "0.5 x", "1 x", "2 x", "5 x", "10 x")
 _REAL_TIME: Final = "1 x"
-STEP: Final = 1e-3  # [s] of the time slider
+STEP: Final = 1e-3  # [s] step of the time slider
 
 
 class Playback:
-    """Controls of a motion; `tick` goes on while `playing`.
+    """Playback of a motion; `tick` advances it while `playing`.
 
     Args:
-        gui: of viser.
-        session: that shows the samples.
-        motion: to be played back.
-        enqueue: takes what a person does.
+        gui: the GUI of viser.
+        session: the session that shows the samples.
+        motion: the motion.
+        enqueue: receives actions of users.
     """
 
     def __init__(
@@ -58,12 +58,12 @@ class Playback:
             enqueue("speed", partial(self._set_speed, value))
 
     def seek(self, time: float) -> None:
-        """Show the sample that is nearest to a time [s]."""
+        """Show the sample nearest to a time [s]."""
         self.time = time
         self.session.show_sample(self.motion.index(time))
 
     def tick(self, elapsed: float) -> None:
-        """Go on while playing, and stop at the end.
+        """Advance while playing, and stop at the end.
 
         Args:
             elapsed: real time since the last tick [s].
@@ -74,7 +74,7 @@ class Playback:
             self.playing = self.time < self.motion.duration
 
     def refresh(self) -> None:
-        """Bring the controls up to date."""
+        """Update the controls."""
         self._play.label = "Pause" if self.playing else "Play"
         self.slider.follow(self.time)
 
@@ -83,7 +83,7 @@ class Playback:
 
     def _toggle(self) -> None:
         self.playing = not self.playing
-        # from the end it begins anew
+        # at the end it restarts
         if self.playing and self.time >= self.motion.duration:
             self.time = 0.0
         self.seek(self.time)

@@ -1,4 +1,4 @@
-"""How far each active coordinate can be moved: its limits, or where the loops cease to close."""
+"""Ranges of sliders: limits of coordinates, or ends of the range in which the loops close."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from ..errors import InputError, StateError
 from ..ground.arrays import Array
 from ..robot.robot import Robot
 
-FINE: Final = 1000  # steps of a slider, at least
-STEPS: Final = 60  # to the end of a range that is looked for
-HALF_TURN: Final = float(np.pi)  # [rad] either way, where nothing stops a revolute joint
-ROUND: Final = (1.0, 2.0, 5.0, 10.0)  # times a power of ten
+FINE: Final = 1000  # least number of steps of a slider
+STEPS: Final = 60  # steps of a search for the end of a range
+HALF_TURN: Final = float(np.pi)  # [rad] to either side, for revolute joints without limits
+ROUND: Final = (1.0, 2.0, 5.0, 10.0)  # round numbers, times a power of ten
 
 
 @dataclass(frozen=True)
 class Range:
-    """From where to where a quantity can be moved.
+    """Range of a quantity.
 
     Attributes:
-        name: of the quantity.
-        unit: of the numbers.
+        name: name of the quantity.
+        unit: unit of the numbers.
         low: the lower end.
         high: the upper end.
-        limits: those of the robot's file.
+        limits: limits of the description.
     """
 
     name: str
@@ -39,18 +39,17 @@ class Range:
     limits: tuple[float, float] = (-math.inf, math.inf)
 
     def take(self, wanted: float, slack: float) -> float:
-        """A value within the range.
+        """Check a value, and snap it to an end of the range if it is near.
 
         Args:
-            wanted: by a person.
-            slack: what is beyond an end by no more than this, or by rounding, is that end.
+            wanted: the requested value.
+            slack: a value beyond an end by at most this, or by rounding, becomes the end.
 
         Returns:
             The value.
 
         Raises:
-            InputError: with the end, and with what the number would be in degrees where that lies
-                within.
+            InputError: the value is out of range; the message suggests degrees if they would fit.
         """
         if self.low - 1.01 * slack <= wanted <= self.high + 1.01 * slack:
             return self._snapped(wanted, slack)
@@ -60,7 +59,7 @@ class Range:
         )
 
     def _snapped(self, value: float, slack: float) -> float:
-        """The end that a value is near to, else the value."""
+        """The end near a value, otherwise the value."""
         if value - self.low < slack:
             return self.low
         if self.high - value < slack:
@@ -68,7 +67,7 @@ class Range:
         return value
 
     def _end(self, wanted: float) -> str:
-        """The end that a value is beyond, in words."""
+        """Text on the end that a value is beyond."""
         end, limit = self.high, self.limits[1]
         if wanted < self.low:
             end, limit = self.low, self.limits[0]
@@ -87,13 +86,13 @@ class Range:
 
 
 def slider_ranges(robot: Robot, start: ClosedState, size: float) -> Array:
-    """The range of each active coordinate: its limits, else as far as the loops close.
+    """The range of each active coordinate: its limits, otherwise as far as the loops close.
 
     Args:
-        robot: that is moved.
-        start: the state from which ends are looked for.
-        size: of the robot [m]: how far an endless prismatic joint goes. A revolute one goes half a
-            turn.
+        robot: the robot.
+        start: the state from which ends are searched.
+        size: size of the robot [m], which is the range of an unlimited prismatic joint. A revolute
+            one has half a turn.
 
     Returns:
         (n, 2) [rad or m].
@@ -115,7 +114,7 @@ def _closing_end(
     k: int,
     way: float,
 ) -> float:
-    """The last value of a coordinate on the way at which all loops close."""
+    """The last value of a coordinate, in a direction, at which all loops close."""
     path = np.tile(start.u, (STEPS, 1))
     path[:, k] += way * np.arange(1, STEPS + 1) / STEPS
     try:
@@ -128,7 +127,7 @@ def _closing_end(
 
 
 def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
-    """A range on round steps, at least 1000 of them, as a slider shows it.
+    """A range in at least 1000 round steps, for a slider.
 
     Returns:
         Lower end, upper end, step.
@@ -144,18 +143,18 @@ def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
 
 
 def on_step(value: float, step: float) -> float:
-    """The nearest multiple of a power of ten, as a slider's number box has room for."""
+    """The nearest multiple of a power of ten that fits into a slider's number box."""
     return round(value, decimals(step))
 
 
 def decimals(value: float) -> int:
-    """Decimals of a number as it is written shortest."""
+    """Number of decimals in the shortest text of a number."""
     exponent = Decimal(repr(value)).normalize().as_tuple().exponent
     return max(-int(exponent), 0)
 
 
 def round_value(value: float) -> float:
-    """1, 2 or 5 times a power of ten, near a value above zero."""
+    """The nearest round number (1, 2 or 5 times a power of ten) to a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
 
     def distance(factor: float) -> float:
@@ -165,7 +164,7 @@ def round_value(value: float) -> float:
 
 
 def round_above(value: float) -> float:
-    """1, 2 or 5 times a power of ten, the smallest that is not below a value above zero."""
+    """The smallest round number not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
     least = value * (1.0 - 1e-9)
     candidates = [factor * power for factor in ROUND]

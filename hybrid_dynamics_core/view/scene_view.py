@@ -1,4 +1,4 @@
-"""The scene in the browser: meshes are sent once, then only poses."""
+"""The scene in the browser; meshes are sent once, then only poses."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from .bodies import RobotShape, Span, span_pose
 from .camera import Camera, Floor, camera_for, floor_under
 from .session import DriveEfforts
 
-LONGEST: Final = 0.2  # of the size of the robot: the arrow of a force that fills its bar
-RING: Final = 0.065  # of the radius of an arrow round an axis: how thick it is
-FAINT: Final = 0.02  # share of a bar below which there is no arrow
-ON_AXIS: Final = 1e-9  # [m] nearer than this to an axis is rounding
+LONGEST: Final = 0.2  # length of the arrow of a full bar, as a share of the robot's size
+RING: Final = 0.065  # thickness of a ring arrow, as a share of its radius
+FAINT: Final = 0.02  # share of a full bar below which there is no arrow
+ON_AXIS: Final = 1e-9  # [m] distance to an axis that is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,10 @@ class EffortArrow:
     """An arrow of effort.
 
     Attributes:
-        handle: of viser.
-        base: (3,) where it is, in the axes of its link [m].
-        axis: (3,) its positive direction, in the axes of its link.
-        opening: (3,) where a ring is open, across the axis; of no length where that is all the
-            same; None: no ring.
+        handle: handle of viser.
+        base: (3,) its start in link axes [m].
+        axis: (3,) its positive direction in link axes.
+        opening: (3,) direction of a ring's gap, normal to the axis, or zero for any; None: no ring.
     """
 
     handle: viser.MeshHandle
@@ -43,7 +42,7 @@ class EffortArrow:
     opening: Array | None
 
     def frame(self, sign: float) -> Array:
-        """Its axes (3, 3) for an effort that is positive or negative."""
+        """Its axes (3, 3) for a positive or negative effort."""
         along = np.copysign(1.0, sign) * self.axis
         if self.opening is None or not self.opening.any():
             return meshes.frame_along(along)
@@ -51,13 +50,13 @@ class EffortArrow:
 
 
 class SceneView:
-    """What a viser server shows of one robot.
+    """The scene of one robot on a viser server.
 
-    `show` puts it into a state, `show_efforts` draws its arrows.
+    `show` moves it to a state, `show_efforts` updates its arrows.
 
     Args:
-        server: of viser.
-        shape: of the robot.
+        server: the server of viser.
+        shape: geometry of the robot.
     """
 
     def __init__(self, server: viser.ViserServer, shape: RobotShape) -> None:
@@ -81,10 +80,10 @@ class SceneView:
         self._place_camera()
         self.arrows = {name: self._add_arrow(name) for name in shape.robot.drives}
 
-    # -- what is moved
+    # -- updates
 
     def show(self, state: ClosedState) -> None:
-        """Put every link where it is."""
+        """Move every link to its pose."""
         poses = self.shape.poses(state)
         with self.server.atomic():
             for name, handle in self.links.items():
@@ -95,7 +94,7 @@ class SceneView:
                 _stretch(tube, span, poses)
 
     def show_efforts(self, efforts: DriveEfforts) -> None:
-        """Arrows as long as the bars are; along the force, or round the axis of the torque."""
+        """Update the arrows, along forces or around the axes of torques."""
         shares = dict(zip(efforts.joints, efforts.shares, strict=True))
         with self.server.atomic():
             for name, arrow in self.arrows.items():
@@ -108,7 +107,7 @@ class SceneView:
                     arrow.handle.scale = self._scale(arrow, size)
 
     def _scale(self, arrow: EffortArrow, share: float) -> float | tuple[float, float, float]:
-        """How large an arrow is for a share of its bar."""
+        """The scale of an arrow for a share of its full bar."""
         if arrow.opening is not None:
             return float((2.2 + 3.4 * share) * self.shape.unit)
         length = share * LONGEST * self.shape.size
@@ -116,11 +115,11 @@ class SceneView:
         return width, width, length
 
     def surround(self, points: Array, camera: Camera) -> None:
-        """Put the floor under the robot, and gravity beside what a new camera shows.
+        """Put the floor under the robot, and the gravity arrow into a camera's picture.
 
         Args:
-            points: (k, 3) of the robot [m]. The floor is never above where it was at the start.
-            camera: of who comes now.
+            points: (k, 3) points of the robot [m]. The floor is never above its initial level.
+            camera: camera of new browsers.
         """
         floor = floor_under(points, self.shape.unit)
         level = min(self.floor.level, floor.level)
@@ -135,7 +134,7 @@ class SceneView:
         if self._gravity is not None:
             self._gravity.position = camera.corner
 
-    # -- what there is
+    # -- objects
 
     def _add_bodies(self) -> None:
         for k, body in enumerate(self.shape.bodies):
@@ -153,7 +152,7 @@ class SceneView:
         return self.scene.add_mesh_simple(name, tube.vertices, tube.faces, color=colour)
 
     def _add_names(self) -> None:
-        """The names of the active joints."""
+        """Add the names of the active joints."""
         for name in self.shape.robot.active:
             anchor = self.shape.anchors[name]
             self.scene.add_label(
@@ -165,7 +164,7 @@ class SceneView:
             )
 
     def _add_tip(self) -> None:
-        """The axes of the end effector."""
+        """Add the axes of the end effector."""
         unit = self.shape.unit
         tip = self.shape.skeleton.tip
         frame = self.shape.robot.description.frames.get(tip.name)
@@ -200,7 +199,7 @@ class SceneView:
         )
 
     def _place_camera(self) -> None:
-        """Where the camera of a new browser stands."""
+        """Set the camera of new browsers."""
         start, size = self.server.initial_camera, self.shape.size
         start.position = self.camera.position
         start.look_at = self.camera.look_at
@@ -210,7 +209,7 @@ class SceneView:
         start.far = 100.0 * size
 
     def _add_gravity(self) -> viser.MeshHandle | None:
-        """An arrow along gravity, where there is any."""
+        """Add an arrow along gravity, if there is any."""
         gravity = np.asarray(self.shape.robot.description.gravity, dtype=float)
         strength = float(np.linalg.norm(gravity))
         if not strength > 0.0:
@@ -232,7 +231,7 @@ class SceneView:
     # -- arrows of effort
 
     def _add_arrow(self, name: str) -> EffortArrow:
-        """An arrow of effort, hidden at first."""
+        """Add an arrow of effort, hidden at first."""
         joints = {joint.name: joint for joint in self.shape.skeleton.joints}
         joint = joints[name]
         toward = self.camera.position - self.camera.look_at
@@ -241,9 +240,9 @@ class SceneView:
         return self._add_shaft(joint, toward)
 
     def _add_ring(self, joint: PlacedJoint, toward: Array) -> EffortArrow:
-        """Round the axis, before the joint.
+        """Add a ring around the axis, in front of the joint.
 
-        It is open where the link is that the joint turns, and turns with it.
+        Its gap is at the link that the joint turns, and turns with it.
         """
         poses = self.shape.poses(self.shape.reference)
         rotation, origin = poses[joint.child]
@@ -259,7 +258,7 @@ class SceneView:
         )
 
     def _add_shaft(self, joint: PlacedJoint, toward: Array) -> EffortArrow:
-        """Beside what slides."""
+        """Add an arrow beside a slide."""
         anchor = self.shape.anchors[joint.name]
         poses = self.shape.poses(self.shape.reference)
         rotation, _ = poses[anchor.link]
@@ -283,7 +282,7 @@ class SceneView:
 
 
 def _stretch(handle: viser.MeshHandle, span: Span, poses: Mapping[str, Pose]) -> None:
-    """Put a tube of length one where a span is."""
+    """Place and scale a tube of unit length as a rod."""
     rotation, start, length = span_pose(span, poses)
     handle.position = start
     handle.wxyz = wxyz(rotation)
@@ -291,11 +290,11 @@ def _stretch(handle: viser.MeshHandle, span: Span, poses: Mapping[str, Pose]) ->
 
 
 def reach(skeleton: Skeleton, joint: PlacedJoint) -> Array:
-    """Across the axis of a joint, to what is farthest from it on the link that it turns.
+    """Vector normal to a joint's axis, to the farthest point of the link that it turns.
 
     Args:
-        skeleton: with the joint.
-        joint: that turns.
+        skeleton: the skeleton.
+        joint: the joint.
 
     Returns:
         (3,) [m], base axes.
@@ -310,7 +309,7 @@ def reach(skeleton: Skeleton, joint: PlacedJoint) -> Array:
 
 
 def _points_on(skeleton: Skeleton, link: str) -> list[Array]:
-    """Points (3,) of joints, closures and frames that a link carries [m]."""
+    """Points (3,) of joints, closures and frames on a link [m]."""
     points = [joint.point for joint in skeleton.joints if joint.parent == link]
     for closure in skeleton.closures:
         for end, point in zip(closure.links, closure.points, strict=True):
@@ -321,18 +320,18 @@ def _points_on(skeleton: Skeleton, link: str) -> list[Array]:
 
 
 def node(*parts: str) -> str:
-    """The path of a node; names of a robot may have slashes."""
+    """The path of a node, with slashes in names replaced."""
     escaped = [part.replace("/", "∕") for part in parts]
     return "/" + "/".join(escaped)
 
 
 def wxyz(rotation: Array) -> Array:
-    """Unit quaternion (4,) of a rotation (3, 3)."""
+    """Unit quaternion w, x, y, z (4,) of a rotation (3, 3)."""
     x, y, z, w = quaternion(rotation)
     return np.array([w, x, y, z])
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
-    """A colour #rrggbb as three numbers to 255."""
+    """A colour #rrggbb as three numbers from 0 to 255."""
     red, green, blue = bytes.fromhex(colour.removeprefix("#"))
     return red, green, blue

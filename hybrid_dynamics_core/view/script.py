@@ -1,4 +1,4 @@
-"""What the page does by itself, in the browser: its title, typed numbers, names cut off."""
+"""The page's own script: title, typed numbers, truncated names."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import json
 from html import escape
 from typing import Final
 
-# viser's number boxes report each key. Of a typed 0.5 the 0 would be taken first. Characters that
-# the boxes reject are dropped: 2,5 would be 25.
+# viser's number boxes report each key, so that 0.5 would first be 0. They drop characters that they
+# reject, so that 2,5 would be 25.
 #
-# Here the browser holds what is typed until Enter, or until the box loses the focus. It puts back
-# what the box had and hands over the text as it is, in the hidden line of `number_input`. With the
-# text go the label of the slider and the time, for an unchanged line is not reported.
+# This script keeps typed text until Enter, or until the box loses the focus. Then it restores the
+# box, and passes the text on through the hidden field of `number_input`. It adds the label of the
+# slider, and the time, since an unchanged field is not reported.
 #
-# Escape drops the text, as does an empty box. The box does not hear that it loses the focus, for it
-# would write a number of its own making. Going to a box is reported without a text, since a motion
-# that plays would write into it. The page itself gives the focus back to a box whose number comes
-# late, which is nobody's going there. If another browser writes into it, what was typed goes on.
+# Escape, or an empty box, drops the text. The box gets no blur event, since it would then write a
+# number of its own. A focus is reported without a text, since a playing motion would write into the
+# box. A focus that the page itself restores is not reported. If another browser writes into the
+# box, typed text is kept.
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
@@ -91,9 +91,9 @@ document.addEventListener('mouseover', event => {
 
 
 def script_html(title: str) -> str:
-    """An empty style sheet whose script runs as it is loaded.
+    """An empty style sheet whose script runs when it is loaded.
 
-    It names the browser's tab, has typed numbers reported once, and shows names that are cut off.
+    The script sets the title, reports typed numbers once, and shows truncated names in full.
     """
     code = f"document.title = {json.dumps(title)}; (() => {{ {_TYPED} {_KEYS} {_NAMES} }})();"
     return f'<style onload="{escape(code.replace(chr(10), " "), quote=True)}"></style>'

@@ -1,4 +1,4 @@
-"""What is shown now: one closed state, followed live; nothing of the picture."""
+"""The state of a viewer, independent of its picture: one closed state, followed live."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class DriveEfforts:
     Attributes:
         joints: their names.
         values: (k,) efforts [N m or N].
-        full: (k,) what a full bar is [N m or N].
-        recorded: (n,) efforts of the active joints, where they were measured [N m or N].
-        problem: why there are none.
+        full: (k,) efforts of full bars [N m or N].
+        recorded: (n,) measured efforts of the active joints [N m or N], or None.
+        problem: why there are no efforts; or empty.
     """
 
     joints: tuple[str, ...]
@@ -39,31 +39,31 @@ class DriveEfforts:
 
     @property
     def shares(self) -> list[float]:
-        """Each relative to its full bar; beyond 1 where a drive cannot give it."""
+        """Efforts relative to full bars; above 1 if a drive cannot give it."""
         return list((self.values / self.full).tolist())
 
     @classmethod
     def none(cls, problem: str) -> DriveEfforts:
-        """Where there are none, and why."""
+        """No efforts, with the reason."""
         return cls((), np.zeros(0), np.zeros(0), None, problem)
 
 
 class ViewSession:
-    """A robot and the state it is in.
+    """A robot and its present state.
 
-    Every change either gives another closed state, or leaves it and says why in `problem`.
+    A change either leads to another closed state, or is refused with the reason in `problem`.
 
     Args:
-        robot: to be shown.
-        motion: whose samples are shown.
+        robot: the robot.
+        motion: a motion for playback, or None.
 
     Attributes:
         reference: the state of the reference configuration.
-        state: that is shown.
+        state: the present state.
         problem: why the last change was refused.
-        payload: at the end effector, besides the robot's own [kg].
-        scale: of the bars of efforts.
-        sample: of the motion, while it is shown.
+        payload: additional payload at the end effector [kg].
+        scale: scale of the effort bars.
+        sample: index of the shown sample of the motion, or None.
     """
 
     def __init__(self, robot: Robot, motion: Motion | None = None) -> None:
@@ -80,7 +80,7 @@ class ViewSession:
         """Follow the active coordinates (n,) from the present state [rad or m].
 
         Returns:
-            False where the loops do not close there.
+            False if the loops do not close there.
         """
         try:
             self.take_state(self.robot.close(u, near=self.state))
@@ -90,12 +90,12 @@ class ViewSession:
         return True
 
     def reset(self) -> None:
-        """Back to the reference, on the robot's own assembly mode, without payload."""
+        """Return to the reference, on the robot's own assembly mode, without payload."""
         self.take_state(self.reference)
         self.payload = 0.0
 
     def lift(self, payload: float) -> None:
-        """Take another payload [kg]."""
+        """Set the payload [kg]."""
         self.payload = payload
         self.problem = ""
 
@@ -106,14 +106,14 @@ class ViewSession:
         self.sample = None
 
     def show_sample(self, index: int) -> None:
-        """The state of one sample of the motion."""
+        """Show one sample of the motion."""
         if self.motion is not None:
             self.state = self.motion.at(index)
             self.problem = ""
             self.sample = index
 
     def modes(self) -> tuple[AssemblyMode, ...]:
-        """Every way in which the loops close at the present active coordinates."""
+        """The assembly modes at the present active coordinates."""
         return self.robot.assembly_modes(self.state.u)
 
     def take_mode(self, mode: AssemblyMode) -> None:
@@ -121,11 +121,11 @@ class ViewSession:
         self.take_state(mode.state)
 
     def present(self, modes: Sequence[AssemblyMode]) -> int | None:
-        """Which of the modes the present state is."""
+        """The index of the present state's mode, or None."""
         return mode_of(modes, self.state)
 
     def efforts(self) -> DriveEfforts:
-        """What the drives give: at rest, or with the accelerations of the motion's sample."""
+        """Efforts of the drives: static, or with the accelerations of the motion's sample."""
         ddu = self._accelerations()
         if not np.isfinite(ddu).all():
             return DriveEfforts.none("accelerations are not known at this sample")
@@ -141,13 +141,13 @@ class ViewSession:
         return DriveEfforts(joints, values, full, self._recorded())
 
     def _accelerations(self) -> Array:
-        """(n,) of the active joints."""
+        """(n,) accelerations of the active joints."""
         if self.motion is None or self.sample is None:
             return np.zeros(len(self.robot.active))
         return np.asarray(self.motion.ddu[self.sample])
 
     def _recorded(self) -> Array | None:
-        """(n,) efforts measured at the sample that is shown."""
+        """(n,) measured efforts of the shown sample."""
         if self.motion is None or self.sample is None or self.motion.recorded is None:
             return None
         return np.asarray(self.motion.recorded[self.sample])

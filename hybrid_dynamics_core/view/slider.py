@@ -1,4 +1,4 @@
-"""A slider with its number box: takes what lies within its range, and goes back otherwise."""
+"""A slider with a number box, which refuses values out of range."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ..errors import InputError
 from .gui_events import Enqueue, in_order, is_from_browser, set_value
 from .ranges import Range, decimals, on_round_steps, on_step
 
-Value = Callable[[], float]  # a value, once it is checked
+Value = Callable[[], float]  # returns a checked value
 
-ROOM: Final = 5  # significant digits that its box has room for
+ROOM: Final = 5  # significant digits that fit into the box
 
 
 class Slider:
-    """The control of one quantity. It shows round steps; its ends are those of the range itself.
+    """The slider of one quantity. It shows round steps; its ends stand for those of the range.
 
     Args:
-        gui: of viser.
-        scope: of the quantity.
-        value: at the start.
-        step: of the slider; None: round, and at most a thousandth of the range.
+        gui: the GUI of viser.
+        scope: range of the quantity.
+        value: initial value.
+        step: step of the slider; None: round, and at most a thousandth of the range.
     """
 
     def __init__(
@@ -44,13 +44,13 @@ class Slider:
         start = self._on_slider(value)
         self.handle = gui.add_slider(self.label, first, last, self.step, start)
         self.shown = value
-        # What it stands at, as far as requests were heard, and what that stands for.
+        # The slider's position after the last request, and the value that it stands for.
         self._position = self.handle.value
         self._meaning = value
         self._request: Callable[[Value], None] = lambda _: None
 
     def on_request(self, key: str, enqueue: Enqueue, act: Callable[[float], None]) -> None:
-        """Call `act` with each value that a person gives and that lies within the range."""
+        """Call `act` with each value that a user sets within the range."""
         self._request = lambda value: enqueue(key, lambda: act(value()))
 
         @self.handle.on_update
@@ -61,14 +61,14 @@ class Slider:
                 self._request(lambda: self.take(wanted))
 
     def request_typed(self, read: Callable[[Range], float]) -> None:
-        """Request what was typed into the number box; `read` raises InputError for no number."""
+        """Request a typed value; `read` raises InputError if it is no number."""
         self._request(lambda: self.take_typed(read(self.scope)))
 
     def take(self, wanted: float) -> float:
-        """What a value of the slider stands for.
+        """The value that a slider position stands for.
 
         Raises:
-            InputError: beyond the range; the slider goes back to what is shown.
+            InputError: it is out of range; the slider then returns to the shown value.
         """
         self._position = wanted
         try:
@@ -79,10 +79,10 @@ class Slider:
         return self._meaning
 
     def take_typed(self, wanted: float) -> float:
-        """The very number that was typed; for the round ends that the slider shows, the range's.
+        """The typed number; the slider's round ends are replaced by the ends of the range.
 
         Raises:
-            InputError: beyond the range.
+            InputError: it is out of range.
         """
         slack = 0.5 * self.step if wanted in self._ends else 0.0
         self._meaning = self.scope.take(wanted, slack)
@@ -92,15 +92,15 @@ class Slider:
         return self._meaning
 
     def show(self, value: float) -> None:
-        """Stand at a value, or at the end that is nearest to it."""
+        """Show a value, or the nearest end of the range."""
         self.shown = value
         self._meaning = value
         self._stand(self._on_slider(value), decimals(self.step))
 
     def follow(self, value: float) -> None:
-        """Stand at a value, unless it stands for that or a newer request is under way.
+        """Show a value, unless it is shown already or a newer request is pending.
 
-        A person may hold it then.
+        In that case a user may be moving the slider.
         """
         self.shown = value
         is_settled = self.handle.value == self._position
@@ -109,7 +109,7 @@ class Slider:
 
     def _stand(self, value: float, digits: int) -> None:
         self._position = value
-        self.handle.precision = digits  # of the box, before what has so many
+        self.handle.precision = digits  # decimals of the box, set before the value
         set_value(self.handle, value)
 
     def _on_slider(self, value: float) -> float:
@@ -118,7 +118,7 @@ class Slider:
 
 
 def _on_given_steps(scope: Range, step: float) -> tuple[float, float, float]:
-    """Lower end, upper end and step of a slider whose step is given."""
+    """Lower end, upper end and step of a slider with a given step."""
     first = on_step(scope.low, step)
     last = max(on_step(scope.high, step), step)
     return first, last, step

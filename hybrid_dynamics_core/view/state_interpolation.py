@@ -1,4 +1,4 @@
-"""Pictures between two states: a browser reports a slider twenty times a second, which is jerky."""
+"""Interpolation between states, since a browser reports sliders only twenty times a second."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from ..closed_state.state import ClosedState
 from ..errors import HybridDynamicsError
 from ..robot.robot import Robot
 
-SPAN: Final = 0.05  # [s] viser's clients tell no more often of a control that is moved
-FAR: Final = 0.5  # [rad or m] in an active coordinate: beyond it the picture jumps
+SPAN: Final = 0.05  # [s] interval at which viser's clients report a moving control
+FAR: Final = 0.5  # [rad or m] change of an active coordinate beyond which the picture jumps
 
 
 class StateInterpolation:
-    """The state that is drawn, on its way to the present one.
+    """The drawn state, which moves to the present state within SPAN.
 
-    It is closed at every moment, and arrives after SPAN.
+    It is always closed.
 
     Args:
-        robot: that moves.
-        state: that is drawn first.
+        robot: the robot.
+        state: the first state.
     """
 
     def __init__(self, robot: Robot, state: ClosedState) -> None:
@@ -33,16 +33,16 @@ class StateInterpolation:
 
     @property
     def moving(self) -> bool:
-        """Whether it is still on its way."""
+        """Whether it is still moving."""
         return self.state is not self.end
 
     def move_to(self, state: ClosedState, smoothly: bool) -> None:
-        """Set out to a state.
+        """Start moving to a state.
 
         Args:
-            state: the end of the way.
-            smoothly: False, a state that is far, and one on another assembly mode are shown at
-                once.
+            state: the target.
+            smoothly: whether to interpolate. A far state, or one on another assembly mode, is shown
+                at once in any case.
         """
         if state is self.end:
             return
@@ -59,7 +59,7 @@ class StateInterpolation:
         return distance < FAR and state.branch == self.state.branch
 
     def tick(self, elapsed: float) -> None:
-        """Go on by some seconds."""
+        """Advance by some time [s]."""
         self.elapsed += elapsed
         if self.elapsed >= SPAN:
             self.state = self.end
@@ -68,5 +68,5 @@ class StateInterpolation:
         u = self.start.u + share * (self.end.u - self.start.u)
         try:
             self.state = self.robot.close(u, near=self.state)
-        except HybridDynamicsError:  # the straight way leaves the range, the wanted state does not
+        except HybridDynamicsError:  # the straight line leaves the range, although its end does not
             self.state = self.end

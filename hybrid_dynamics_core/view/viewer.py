@@ -1,4 +1,4 @@
-"""The viewer: a web server, the scene, the panel, and one thread that moves the robot."""
+"""The viewer: web server, scene, panel, and one thread that moves the robot."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from .scene_view import SceneView, rgb
 from .session import ViewSession
 from .state_interpolation import StateInterpolation
 
-FRAME: Final = 1.0 / 60.0  # [s] between pictures of what moves by itself
-IDLE: Final = 0.3  # [s] without a request before the assembly modes are looked for
+FRAME: Final = 1.0 / 60.0  # [s] between frames of a motion
+IDLE: Final = 0.3  # [s] without a request before assembly modes are listed
 
 
 class Viewer:
-    """A robot in the browser at http://host:port, while `run` works.
+    """A robot in the browser at http://host:port, while `run` is running.
 
     It is a context manager that closes the port.
 
     Args:
-        robot: to be shown.
-        motion: to be played back.
-        host: at which it listens.
-        port: at which it listens; 0: any free port.
+        robot: the robot.
+        motion: motion for playback.
+        host: host to listen at.
+        port: port to listen at; 0: any free port.
 
     Raises:
-        InputError: where the port cannot be had.
+        InputError: the port is not available.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Viewer:
         self._awake = threading.Condition()
         self._ended = False
         shape = robot_shape(robot, self.session.reference)
-        with redirect_stdout(StringIO()):  # viser's own greeting
+        with redirect_stdout(StringIO()):  # hides viser's greeting
             self.server = viser.ViserServer(
                 host=host, port=self.port, label=robot.name, verbose=False
             )
@@ -72,7 +72,7 @@ class Viewer:
             self.panel = Panel(self.server, self.session, shape.size, self.ask, self.fit)
             self.show()
             self._settle()
-        except BaseException:  # nobody else could close the port
+        except BaseException:  # closes the port in any case
             self.close()
             raise
 
@@ -92,19 +92,19 @@ class Viewer:
         return f"http://{self.host}:{self.port}"
 
     def ask(self, key: str, action: Action) -> None:
-        """Have something done by `run`, from any thread.
+        """Request an action, to be done by `run`; callable from any thread.
 
         Args:
-            key: an older request of the same key that still waits is dropped.
-            action: to be done.
+            key: a pending request with the same key is dropped.
+            action: the action.
         """
         with self._awake:
-            self._requests.pop(key, None)  # the latest is done last, and what is said is about it
+            self._requests.pop(key, None)  # the latest is done last
             self._requests[key] = action
             self._awake.notify()
 
     def show(self, smoothly: bool = False) -> None:
-        """The present state, everywhere; `smoothly`: the picture follows within the next frames."""
+        """Show the present state everywhere; `smoothly`: with interpolated frames."""
         efforts = self.session.efforts()
         self.interpolation.move_to(self.session.state, smoothly)
         self.fit()
@@ -113,13 +113,13 @@ class Viewer:
         self.panel.refresh(efforts)
 
     def step(self, timeout: float | None) -> bool:
-        """Do what is requested.
+        """Do pending requests.
 
         Args:
-            timeout: for a request to come [s]; None: any time.
+            timeout: longest wait for a request [s]; None: unlimited.
 
         Returns:
-            Whether there was anything.
+            Whether there was a request.
         """
         with self._awake:
             if not self._requests:
@@ -133,7 +133,7 @@ class Viewer:
         return bool(requests)
 
     def _attempt(self, action: Action) -> bool:
-        """Do it; what the robot refuses is said in the panel, and the view goes on."""
+        """Do an action; errors of the robot are shown in the panel."""
         try:
             action()
         except HybridDynamicsError as error:
@@ -146,7 +146,7 @@ class Viewer:
             self.panel.show_problem()
 
     def fit(self, client: viser.ClientHandle | None = None) -> None:
-        """Bring the robot into the picture of a browser, or of every one whose picture it left."""
+        """Show the robot in a browser, or in every browser whose picture it left."""
         points = place_skeleton(self.session.robot, self.session.state).points
         if client is None:
             self.camera_fit.follow(points)
@@ -155,7 +155,7 @@ class Viewer:
         self.scene_view.surround(points, self.camera_fit.camera)
 
     def run(self) -> None:
-        """Serve until `end`, or until KeyboardInterrupt, which is passed on."""
+        """Serve until `end` or KeyboardInterrupt, which is raised."""
         last = time.monotonic()
         while not self._ended:
             if self.panel.playing or self.interpolation.moving:
@@ -169,7 +169,7 @@ class Viewer:
                 last = time.monotonic()
 
     def _wait(self) -> None:
-        """Do what is requested; after a while without requests, settle once."""
+        """Do pending requests; settle once after a while without requests."""
         timeout = IDLE if self.panel.stale else None
         if not self.step(timeout):
             self._settle()
@@ -183,7 +183,7 @@ class Viewer:
             self.scene_view.show(self.interpolation.state)
 
     def end(self) -> None:
-        """Let `run` return, from any thread."""
+        """Let `run` return; callable from any thread."""
         self.ask("end", lambda: setattr(self, "_ended", True))
 
     def __enter__(self) -> Viewer:
@@ -199,10 +199,10 @@ class Viewer:
 
 
 def free_port(host: str, port: int) -> int:
-    """The port, if it is free; any free one for 0.
+    """Check that a port is free; for 0, choose one.
 
     Raises:
-        InputError: with what to do otherwise.
+        InputError: the port is not available; the message has advice.
     """
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
