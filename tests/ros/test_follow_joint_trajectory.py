@@ -13,7 +13,7 @@ from action_msgs.msg import GoalStatus
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.actions.follow_tolerances import active_tolerances
 from hybrid_dynamics_ros.services.trajectory_steps import JointMaps
-from tests.ros import control_msgs_build
+from tests.ros import message_build
 
 HERE = Path(__file__).resolve().parent
 SERIAL = ["slew", "boom_pitch", "stick_pitch", "bucket_pitch"]
@@ -123,7 +123,7 @@ def asked(robot, count=4, step=0.5, **more):
 def test_a_planner_moves_serial_joints_by_a_controller_of_cylinders(
     start_node, tmp_path, monkeypatch
 ):
-    for name, value in control_msgs_build.environment().items():
+    for name, value in message_build.environment("control_msgs").items():
         monkeypatch.setenv(name, value)
     robot = load("excavator")
     node = start_node("-p", "robot:=excavator", "-p", f"trajectory.follow_action:={CONTROLLER}")

@@ -1,4 +1,4 @@
-"""control_msgs for tests: built once from the files beside, for processes that tests start."""
+"""Message packages for tests: built once from the files beside, for processes that tests start."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ import sys
 import tempfile
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parent / "control_msgs"
-MENDS = SOURCE.parents[2] / "msg_defs" / "cmake" / "pip_build.cmake"
+HERE = Path(__file__).resolve().parent
+MENDS = HERE.parents[1] / "msg_defs" / "cmake" / "pip_build.cmake"
 # What rclpy and the middleware load.
 TARGETS = (
-    "control_msgs__rosidl_generator_py",
-    "control_msgs__rosidl_typesupport_c",
-    "control_msgs__rosidl_typesupport_fastrtps_c",
-    "control_msgs__rosidl_typesupport_introspection_c",
-    "control_msgs_s__rosidl_typesupport_c",
+    "{}__rosidl_generator_py",
+    "{}__rosidl_typesupport_c",
+    "{}__rosidl_typesupport_fastrtps_c",
+    "{}__rosidl_typesupport_introspection_c",
+    "{}_s__rosidl_typesupport_c",
 )
 
 
-def environment() -> dict[str, str]:
-    """Variables with which a process of this Python finds control_msgs."""
-    build = _built()
+def environment(package: str) -> dict[str, str]:
+    """Variables with which a process of this Python finds a package: the folder of its files."""
+    build = _built(package)
     first = {"PYTHONPATH": build / "rosidl_generator_py", "LD_LIBRARY_PATH": build}
     return {
         name: os.pathsep.join(filter(None, [str(path), os.environ.get(name)]))
@@ -33,36 +33,37 @@ def environment() -> dict[str, str]:
     }
 
 
-def _built() -> Path:
+def _built(package: str) -> Path:
     """The folder of the build, which is kept for other runs on this machine."""
     digest = hashlib.sha256(sys.prefix.encode())
-    for path in sorted(path for path in SOURCE.rglob("*") if path.is_file()):
+    for path in sorted(path for path in (HERE / package).rglob("*") if path.is_file()):
         digest.update(path.read_bytes())
-    name = f"control_msgs.{os.getuid()}.{digest.hexdigest()[:12]}"
+    name = f"{package}.{os.getuid()}.{digest.hexdigest()[:12]}"
     folder = Path(tempfile.gettempdir()) / name
     with folder.with_name(f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / "done").exists():
             shutil.rmtree(folder, ignore_errors=True)
-            _build(folder)
+            _build(package, folder)
             (folder / "done").touch()
     return folder
 
 
-def _build(folder: Path) -> None:
+def _build(package: str, folder: Path) -> None:
     tools = Path(sys.prefix) / "bin"
     path = os.pathsep.join([str(tools), os.environ["PATH"]])
     settings = {
         "CMAKE_BUILD_TYPE": "Debug",
         "CMAKE_CXX_FLAGS_DEBUG": "-O0",
         "CMAKE_C_FLAGS_DEBUG": "-O0",
-        "CMAKE_PROJECT_control_msgs_INCLUDE": MENDS,
+        f"CMAKE_PROJECT_{package}_INCLUDE": MENDS,
         "Python3_EXECUTABLE": sys.executable,
         "BUILD_TESTING": "OFF",
     }
+    targets = [target.format(package) for target in TARGETS]
     defines = [f"-D{key}={value}" for key, value in settings.items()]
-    configure = ["cmake", "-S", str(SOURCE), "-B", str(folder), "-G", "Ninja", *defines]
-    build = ["cmake", "--build", str(folder), "--target", *TARGETS]
+    configure = ["cmake", "-S", str(HERE / package), "-B", str(folder), "-G", "Ninja", *defines]
+    build = ["cmake", "--build", str(folder), "--target", *targets]
     for command in (configure, build):
         done = subprocess.run(
             command,
