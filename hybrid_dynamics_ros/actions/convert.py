@@ -1,4 +1,4 @@
-"""The action ~/convert_trajectory: as the service, with feedback, and it can be cancelled."""
+"""The action ~/convert_trajectory: the service with feedback and cancellation."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class ConvertAction:
     """The action on a node."""
 
     def __init__(self, node: Node, run: Run) -> None:
-        """Offer it.
+        """Create the action server.
 
         Args:
-            node: on which.
-            run: has a call answered beside the stream.
+            node: the node.
+            run: has a call answered by a worker process.
         """
         self._run = run
         self._server = GoalServer(node, ConvertTrajectory, NAME, self._begin)
@@ -65,7 +65,7 @@ def _empty() -> Any:
 
 
 def _result(step: TrajectoryStep.Response) -> Any:
-    """The response of the service as a result."""
+    """The response of the service as a result of the action."""
     answer = step.answer
     if answer is None:
         result = _empty()

@@ -1,8 +1,8 @@
-"""A proxy in front of a trajectory controller: ~/follow_joint_trajectory.
+"""The action ~/follow_joint_trajectory: a proxy for a trajectory controller.
 
 It takes trajectories of any independent joints, such as the serial joints that MoveIt plans for.
-The controller gets them in active joints, with efforts. Its feedback comes back in the joints of
-the goal. Results and cancel requests are passed on.
+The controller gets them in active joints, with efforts. Feedback is converted back to the joints of
+the goal. Results and cancel requests are forwarded.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def follow_type() -> Any:
     """The type of the action.
 
     Raises:
-        ParameterError: control_msgs is not installed, which is not among the wheels of PyPI.
+        ParameterError: control_msgs is not installed; PyPI does not have it.
     """
     try:
         return import_module("control_msgs.action").FollowJointTrajectory
@@ -44,10 +44,10 @@ class FollowAction:
         """Offer the action.
 
         Args:
-            node: on which.
+            node: the node.
             controller: name of the controller's action.
             joints: all joints that a goal may name.
-            run: has a call answered beside the stream.
+            run: has a call answered by a worker process.
 
         Raises:
             ParameterError: control_msgs is not installed.
@@ -59,7 +59,7 @@ class FollowAction:
         self._joints, self._run = frozenset(joints), run
 
     def destroy(self) -> None:
-        """Take the action away."""
+        """Destroy the action server."""
         self._server.destroy()  # type: ignore[no-untyped-call]
         self._controller.destroy()
 

@@ -1,4 +1,4 @@
-"""One goal of the proxy: converted, sent on, followed to its end."""
+"""One goal of the proxy, from conversion to its end."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ _OUTCOMES: Final = {
 
 
 class Controller:
-    """The action of the controller. Its calls are made in threads of the executor."""
+    """The client of the controller's action, called in threads of the executor."""
 
     def __init__(self, node: Node, kind: Any, name: str) -> None:
-        """Connect to it, whenever it comes.
+        """Create the client; the controller may start later.
 
         Args:
-            node: on which.
+            node: the node.
             kind: type of the action.
-            name: of the action.
+            name: name of the action.
         """
         self.kind, self.name, self._node = kind, name, node
         self._client = ActionClient(node, kind, name)
 
     @property
     def is_there(self) -> bool:
-        """Whether somebody offers the action."""
+        """Whether the action server is available."""
         return bool(self._client.server_is_ready())
 
     def send(self, goal: Any, on_feedback: Callable[[Any], None], on_answer: Any) -> None:
-        """Send a goal; `on_answer` gets the future of what the controller says to it."""
+        """Send a goal; `on_answer` gets the future of the controller's response."""
 
         def send_now() -> None:
             future = self._client.send_goal_async(goal, on_feedback)
@@ -54,38 +54,38 @@ class Controller:
         self.later(send_now)
 
     def later(self, work: Callable[[], None]) -> None:
-        """Do something in a thread of the executor."""
+        """Call a function in a thread of the executor."""
         if self._node.executor is not None:
             self._node.executor.create_task(work)
 
     def destroy(self) -> None:
-        """Disconnect."""
+        """Destroy the client."""
         self._client.destroy()
 
 
 class FollowedGoal:
-    """A goal on its way."""
+    """A goal in progress."""
 
     def __init__(self, server: GoalServer, controller: Controller, handle: Any, run: Run) -> None:
-        """Nothing is sent so far.
+        """Store the arguments; `begin` sends the goal.
 
         Args:
-            server: of the proxy.
-            controller: who will follow.
-            handle: of the goal.
-            run: has a call answered beside the stream.
+            server: server of the proxy.
+            controller: client of the controller.
+            handle: handle of the goal.
+            run: has a call answered by a worker process.
         """
         self._server, self._controller, self._handle, self._run = server, controller, handle, run
-        self._sent: Any = None  # handle of the controller's goal
+        self._sent: Any = None  # the controller's goal handle
         self._lock = Lock()
-        self._is_translating = False  # feedback
+        self._is_translating = False  # a feedback is being converted
         self.ended: Callable[[], Any] = lambda: None
 
     def begin(self, joints: Collection[str]) -> None:
-        """Convert it.
+        """Convert the goal, then send it.
 
         Args:
-            joints: all that it may name.
+            joints: all joints that it may name.
         """
         goal, kind = self._handle.request, self._controller.kind.Result
         unknown = [name for name in goal.trajectory.joint_names if name not in joints]
@@ -100,7 +100,7 @@ class FollowedGoal:
             work.start(request, tuple(goal.trajectory.joint_names))
 
     def cancel(self) -> None:
-        """Somebody wants it to end: the controller is told, where it has it."""
+        """Cancel the goal, also at the controller if it has it."""
         if self._sent is not None:
             self._controller.later(self._sent.cancel_goal_async)
 
@@ -142,7 +142,7 @@ class FollowedGoal:
             return
         self._sent = sent
         sent.get_result_async().add_done_callback(self._on_result)
-        if not self._is_wanted():  # it was cancelled meanwhile
+        if not self._is_wanted():  # cancelled in the meantime
             sent.cancel_goal_async()
 
     def _on_result(self, future: Any) -> None:
@@ -154,7 +154,7 @@ class FollowedGoal:
         self._end(outcome, result)
 
     def _on_feedback(self, message: Any) -> None:
-        """Translate it beside the stream; what comes meanwhile is left out."""
+        """Convert feedback in a worker process; feedback that arrives meanwhile is dropped."""
         with self._lock:
             if self._is_translating:
                 return
@@ -188,7 +188,7 @@ class FollowedGoal:
 
 
 def _difference(desired: Any, actual: Any) -> Any:
-    """What is desired less what is, where both are there."""
+    """Desired minus actual values, where both are given."""
     error = type(desired)(time_from_start=actual.time_from_start)
     for part in ("positions", "velocities", "accelerations"):
         wanted, reached = getattr(desired, part), getattr(actual, part)

@@ -1,4 +1,4 @@
-"""Tolerances of the joints of a goal as tolerances of the active joints."""
+"""Conversion of tolerances from the joints of a goal to the active joints."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from ..messages.joint_samples import FloatArray
 from ..services.trajectory_steps import JointMaps
 
-_LEAST: Final = 1e-9  # of an entry of a map that counts
+_LEAST: Final = 1e-9  # least entry of a map that is not rounding
 _PARTS: Final = ("position", "velocity", "acceleration")
 
 
 def active_tolerances(tolerances: Sequence[Any], maps: JointMaps, entries: FloatArray) -> list[Any]:
-    """Tolerances of active joints that keep the others within theirs, to first order.
+    """Tolerances of active joints that keep the goal's joints within theirs, to first order.
 
-    What a joint may be off is shared evenly by the active joints that move it. As in control_msgs
-    zero leaves a tolerance as it is by default; a negative one takes it away.
+    The tolerance of a joint is divided evenly among the active joints that move it. As in
+    control_msgs, zero means the default tolerance, and a negative value means none.
 
     Args:
-        tolerances: control_msgs/JointTolerance of joints of the goal.
-        maps: how these joints move with the active ones.
-        entries: absolute entries of the map that count, (k, n).
+        tolerances: control_msgs/JointTolerance of the goal's joints.
+        maps: maps from active rates to rates of these joints.
+        entries: (k, n) absolute entries of the maps, without rounding.
     """
     kind = type(tolerances[0]) if tolerances else None
     if kind is None:

@@ -1,6 +1,6 @@
-"""An action server whose goals end when somebody says so, from any thread.
+"""An action server whose goals can be finished from any thread.
 
-rclpy's own way, a coroutine that waits, keeps a processor busy under the events executor.
+rclpy's usual coroutine that waits would keep a processor busy under the events executor.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ class Outcome(Enum):
 
 
 class GoalServer(ActionServer):
-    """Accepts every goal, begins it at once, and waits for `finish`."""
+    """Accepts every goal, starts it at once, and waits for `finish`."""
 
     def __init__(
         self, node: Node, kind: Any, name: str, begin: Work, cancel: Work = lambda _: None
     ) -> None:
-        """Offer an action.
+        """Create the action server.
 
         Args:
-            node: on which.
+            node: the node.
             kind: type of the action.
-            name: of the action.
-            begin: starts the work on a goal, and returns soon.
-            cancel: is told that somebody wants a goal to end; the goal says so itself from then on.
+            name: name of the action.
+            begin: starts the work on a goal, without blocking.
+            cancel: called when a client cancels a goal.
         """
         self._begin, self._cancel = begin, cancel
         super().__init__(  # type: ignore[no-untyped-call]
@@ -45,15 +45,15 @@ class GoalServer(ActionServer):
         )
 
     def notify_execute(self, goal_handle: ServerGoalHandle, execute_callback: Any) -> None:
-        """rclpy calls this once a goal is accepted."""
+        """Called by rclpy when a goal is accepted."""
         del execute_callback
         self._begin(goal_handle)
 
     def finish(self, goal: ServerGoalHandle, outcome: Outcome, result: Any) -> None:
-        """End a goal; in a thread of the executor, some time later."""
+        """Finish a goal, later and in a thread of the executor."""
 
         def end(handle: ServerGoalHandle) -> Any:
-            with suppress(RCLError):  # it has ended already
+            with suppress(RCLError):  # it is finished already
                 getattr(handle, outcome.value)()
             return result
 

@@ -1,4 +1,4 @@
-"""Conversions of trajectories, piece by piece in a process beside the node."""
+"""Conversion of trajectories in pieces, by a worker process."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..services.trajectory_steps import TrajectoryStep
 
 
 class Run(Protocol):
-    """Has a call answered beside the stream."""
+    """Has a call answered by a worker process."""
 
     def __call__(
         self,
@@ -20,18 +20,18 @@ class Run(Protocol):
         *,
         is_begun: bool = False,
     ) -> None:
-        """Have it answered.
+        """Submit a call.
 
         Args:
-            service: what is asked.
+            service: the service.
             request: its request.
-            give: gets the response, in some thread.
-            is_begun: whether it goes on with what was begun: then no queue is too long for it.
+            give: called with the response, in some thread.
+            is_begun: whether it continues a job; such calls are never refused for a full queue.
         """
 
 
 class Stepwise:
-    """One conversion at work."""
+    """One running conversion."""
 
     def __init__(
         self,
@@ -40,20 +40,20 @@ class Stepwise:
         on_step: Callable[[TrajectoryStep.Response], None],
         on_end: Callable[[TrajectoryStep.Response | None], None],
     ) -> None:
-        """Nothing begins before `start`.
+        """Store the arguments; `start` begins the conversion.
 
         Args:
             run: has a call answered.
-            is_wanted: whether to go on; asked after every piece.
-            on_step: is told of every piece but the last.
-            on_end: gets the last piece, or None where it is wanted no more.
+            is_wanted: whether to continue; called after every piece.
+            on_step: called with every piece except the last.
+            on_end: called with the last piece, or with None if it was cancelled.
         """
         self._run, self._is_wanted = run, is_wanted
         self._on_step, self._on_end = on_step, on_end
         self._joints: Sequence[str] = ()
 
     def start(self, goal: Any, joints: Sequence[str] = ()) -> None:
-        """Convert what a goal or a request of the service asks for."""
+        """Convert the trajectory of a goal or a request."""
         self._joints = joints
         self._run(TRAJECTORY_STEP, TrajectoryStep.Request(goal, None, joints), self._take)
 

@@ -1,1 +1,1 @@
-"""Recordings: the node's pipeline on whole bags, without a ROS installation."""
+"""Processing of bags: the node's pipeline on whole recordings, without a ROS installation."""

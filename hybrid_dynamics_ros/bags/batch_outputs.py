@@ -1,4 +1,4 @@
-"""What goes out for each accepted sample: the node's topics, encoded in bulk."""
+"""The node's output topics for a bag, encoded in bulk."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NODE: Final = "/hybrid_dynamics"
 
 @dataclass(frozen=True)
 class BagOutput:
-    """One topic of a bag: its name, what makes its messages, and which of them are due."""
+    """One output topic of a bag: its name, the encoder of its messages, and its rate limit."""
 
     name: str
     topic: OutputTopic
@@ -28,7 +28,7 @@ class BagOutput:
     limit: RateLimit = field(default_factory=RateLimit)
 
     def blocks(self, channel: int, result: BatchResult) -> Iterator[RecordBlock]:
-        """The messages of the result."""
+        """The messages for a result."""
         due = self.limit.due_rows(result.stamp_ns, self.rate)
         for run, log_ns in result.at(due):
             for rows in self.topic.groups(run):

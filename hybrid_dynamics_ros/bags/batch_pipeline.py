@@ -1,7 +1,6 @@
-"""The pipeline over rows of samples: what `Pipeline.process` gives for each of them, bit for bit.
+"""The pipeline for batches of samples, equal to `Pipeline.process` bit by bit.
 
-Rows that need the one before, and a batch with a fault that only single samples show, go through
-the pipeline sample by sample.
+Rows that depend on the one before, and batches with an error, are processed sample by sample.
 """
 
 from __future__ import annotations
@@ -36,12 +35,12 @@ Rows = NDArray[np.intp]
 
 @dataclass(eq=False)
 class BatchResult:
-    """Results of the samples that were accepted, in their order.
+    """Results of the accepted samples, in order.
 
     Attributes:
-        rows: which of the samples (m,).
-        log_ns: (m,) [ns].
-        runs: results of rows that follow each other; in each the same is known.
+        rows: indices of the samples (m,).
+        log_ns: log times (m,) [ns].
+        runs: results of consecutive rows for which the same quantities are known.
     """
 
     rows: Rows
@@ -52,7 +51,7 @@ class BatchResult:
         return len(self.rows)
 
     def at(self, which: Rows) -> Iterator[tuple[MotionResult, NDArray[np.int64]]]:
-        """Runs of some of the m results, and their log times [ns]; `which` rises."""
+        """Runs of some of the m results, and their log times [ns]; `which` is ascending."""
         start = 0
         for run in self.runs:
             end = start + len(run.position)
@@ -64,24 +63,24 @@ class BatchResult:
 
     @cached_property
     def stamp_ns(self) -> NDArray[np.int64]:
-        """(m,) [ns]."""
+        """Stamps (m,) [ns]."""
         return np.concatenate([np.asarray(run.stamp_ns) for run in self.runs])
 
     @cached_property
     def state(self) -> ClosedState:
-        """Closed, a batch of m."""
+        """Closed states, a batch of m."""
         if len(self.runs) == 1:
             return self.runs[0].state
         return ClosedState.joined([run.state for run in self.runs])
 
     @cached_property
     def acceleration(self) -> FloatArray:
-        """(m, n) of the active joints; NaN where it is not known."""
+        """Accelerations (m, n) of the active joints; NaN if unknown."""
         return self._active(lambda run: run.active.acceleration)
 
     @cached_property
     def efforts(self) -> FloatArray:
-        """(m, n) of the active joints; NaN where they are not known."""
+        """Efforts (m, n) of the active joints; NaN if unknown."""
         return self._active(lambda run: run.efforts)
 
     def _active(self, part: Callable[[MotionResult], FloatArray | None]) -> FloatArray:
@@ -96,24 +95,24 @@ class BatchPipeline:
     """A pipeline for batches of samples, one after the other."""
 
     def __init__(self, pipeline: Pipeline) -> None:
-        """A pipeline whose counts and filter go on."""
+        """Wrap a pipeline, whose counts and filter are continued."""
         self.pipeline = pipeline
-        self.first_rejections: dict[str, str] = {}  # the first text of each kind
+        self.first_rejections: dict[str, str] = {}  # first text of each kind
 
     def process(self, samples: Samples, given: RateRows | None = None) -> BatchResult | None:
-        """Results of the samples; None where none was accepted.
+        """Results of the samples; None if none was accepted.
 
         Args:
-            samples: as the sensors read them.
-            given: rates that were estimated elsewhere, for all samples; those not known stay so.
-                None: the node's filter estimates them.
+            samples: readings of the sensors.
+            given: rates of all samples from another estimator, NaN where unknown; None: the node's
+                filter estimates them.
         """
         if self.pipeline.evaluator.is_plain and samples.usable.any():
             try:
                 with np.errstate(all="ignore"):
                     return self._process(samples, given)
             except (RejectedError, HybridDynamicsError):
-                pass  # nothing was changed yet: single samples show what is wrong
+                pass  # nothing was changed yet; single samples show the error
         if given is None:
             return self._one_by_one(samples, None)
         return self._one_by_one(samples.calibrated(self.pipeline.evaluator.calibration), given)
@@ -126,7 +125,7 @@ class BatchPipeline:
         turned = self._continued(samples, rows, given)
         try:
             rates, runs = self._evaluate(samples, rows, turned, given)
-        except HybridDynamicsError:  # samples that cannot be closed must not reach the filter
+        except HybridDynamicsError:  # samples that do not close must not reach the filter
             status = evaluator.robot.close(turned.position, check=False).status
             closes = np.asarray(status) == 0
             if closes.all():
@@ -145,7 +144,7 @@ class BatchPipeline:
         return BatchResult(rows, samples.log_ns[rows], runs)
 
     def _continued(self, samples: Samples, rows: Rows, given: RateRows | None) -> TurnRows:
-        """Positions of some rows, without jumps of whole turns."""
+        """Positions of some rows, continued without jumps of whole turns."""
         velocity = samples.velocity[rows]
         if given is not None:
             has_rates = given.has_velocity[rows, None]
@@ -160,7 +159,7 @@ class BatchPipeline:
     def _evaluate(
         self, samples: Samples, rows: Rows, turned: TurnRows, given: RateRows | None
     ) -> tuple[RateRows, list[MotionResult]]:
-        """Rates of some rows, whose positions are continued, and results of their runs."""
+        """Rates of some rows with continued positions, and results of their runs."""
         evaluator = self.pipeline.evaluator
         stamps, position = samples.stamp_ns[rows], turned.position
         velocity = samples.velocity[rows]
@@ -182,15 +181,15 @@ class BatchPipeline:
         return rates, results
 
     def _refusals(self, samples: Samples, rows: Rows, position: FloatArray) -> list[Rejection]:
-        """Why each of some rows does not close.
+        """The rejections of some rows that do not close.
 
         Args:
-            samples: all.
-            rows: of them.
-            position: of the rows (k, n), continued [rad or m].
+            samples: all samples.
+            rows: the rows.
+            position: continued positions of the rows (k, n) [rad or m].
 
         Raises:
-            RejectedError: one closes alone.
+            RejectedError: a row closes by itself.
         """
         rejections = []
         for row, u in zip(rows.tolist(), position, strict=True):
@@ -267,12 +266,12 @@ class BatchPipeline:
 
 
 def _is_given(samples: Samples, given: RateRows | None) -> bool:
-    """Whether rates come from elsewhere than the filter."""
+    """Whether rates come from another estimator than the filter."""
     return given is not None or samples.acceleration is not None
 
 
 def _runs_of(results: Sequence[MotionResult]) -> list[MotionResult]:
-    """Results of single samples as rows, those together that follow each other and are alike."""
+    """Results of single samples, merged into runs of consecutive rows with the same fields."""
     runs: list[list[MotionResult]] = [[results[0]]]
     for result in results[1:]:
         if result.goes_with(runs[-1][-1]):

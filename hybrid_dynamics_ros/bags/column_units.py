@@ -1,4 +1,4 @@
-"""Units in the names of columns: `q12 [mm]`, `time [ms]`, `q1.velocity [deg/s]`."""
+"""Units in names of columns: `q12 [mm]`, `time [ms]`, `q1.velocity [deg/s]`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from ..messages.joint_samples import FloatArray
 from .errors import BagError
 
-_NAME: Final = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]+)[\])]")  # a name, and a unit in brackets
+_NAME: Final = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]+)[\])]")  # name and unit in brackets
 _FACTOR: Final = re.compile(r"([A-Za-z]+|1)\^?([123])?")
 _POWERS: Final = {"²": "2", "³": "3", "°": "deg", "µ": "u", "·": " "}
 _RATES: Final = {"velocity": "/s", "rate": "/s", "acceleration": "/s^2"}
@@ -22,12 +22,12 @@ Columns = dict[str, FloatArray]
 
 
 def in_si_units(path: Path, columns: Columns, robot: Robot) -> Columns:
-    """Columns under their names without units, in SI units.
+    """Columns in SI units, with units removed from their names.
 
-    Columns that are no times and of no joint keep name and numbers.
+    Columns that are neither times nor of a joint are not changed.
 
     Raises:
-        BagError: a unit is not known, or is of another quantity; a name is there twice.
+        BagError: a unit is unknown or of another quantity, or a name is duplicate.
     """
     converted: Columns = {}
     for head, values in columns.items():
@@ -45,7 +45,7 @@ def in_si_units(path: Path, columns: Columns, robot: Robot) -> Columns:
 
 
 def _unit_of(name: str, robot: Robot) -> str:
-    """The SI unit of a column; empty where it is no time and of no joint."""
+    """The SI unit of a column; empty if it is neither a time nor of a joint."""
     if name in {"time", "t"}:
         return "s"
     joint, _, part = name.rpartition(".")
@@ -61,7 +61,7 @@ def _unit_of(name: str, robot: Robot) -> str:
 
 
 def _factor(path: Path, head: str, unit: str, expected: str) -> float:
-    """What numbers in a unit are multiplied with. Raises BagError."""
+    """The factor from a unit to SI; raises BagError."""
     try:
         return evaluate(_term(unit), {}, names_are="", units=[expected])
     except (ValueError, ArithmeticError) as error:
@@ -71,7 +71,7 @@ def _factor(path: Path, head: str, unit: str, expected: str) -> float:
 
 
 def _term(unit: str) -> str:
-    """A unit as a term: `mm/s^2` is 1*mm/s/s. Raises ValueError where it is none."""
+    """A unit as an expression: `mm/s^2` is 1*mm/s/s; raises ValueError if it is no unit."""
     text = unit
     for sign, plain in _POWERS.items():
         text = text.replace(sign, plain)

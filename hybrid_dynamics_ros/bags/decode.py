@@ -1,6 +1,6 @@
-"""Joint states and motions in bulk: messages of one layout become columns at once.
+"""Bulk decoding of joint states and motions: messages of one layout become columns at once.
 
-Other messages go through rosbags, one by one.
+Other messages are decoded one by one with rosbags.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from ..messages.readings import MAX_AGE, ReadingOrder
 from .samples import Samples
 from .storage.storage import Messages
 
-_MAX_LAYOUTS: Final = 32  # that are remembered of a size: a bag has a handful
-_MIN_BULK: Final = 4  # messages of one layout below which finding it costs more than it saves
+_MAX_LAYOUTS: Final = 32  # cached per message size; a bag has only a few
+_MIN_BULK: Final = 4  # least number of messages of one layout for which it saves time
 
 
 class Decoder:
-    """Decodes the messages of one topic, and remembers their layouts."""
+    """Decodes the messages of one topic, and caches their layouts."""
 
     def __init__(
         self,
@@ -47,30 +47,31 @@ class Decoder:
         max_age: float = MAX_AGE,
         extras: PassThrough | None = None,
     ) -> None:
-        """Nothing is decoded yet.
+        """Start without messages.
 
         Args:
-            joints: the joints that are wanted, in order.
+            joints: the requested joints, in order.
             kind: type of the messages, JOINT_STATE or JOINT_MOTION.
-            bulk: False: every message goes through rosbags.
-            resting: positions of joints that a message need not name [rad or m].
-            max_age: joint states that have some of the joints are joined where their stamps are
-                no further apart [s]; 0: they are refused.
-            extras: collects joints that the robot has not; messages then go one by one.
+            bulk: False: decode every message with rosbags.
+            resting: default positions of joints that messages may leave out [rad or m].
+            max_age: largest difference of stamps at which partial joint states are joined [s]; 0:
+                they are refused.
+            extras: collects joints that the robot does not have; messages are then decoded one by
+                one.
         """
         self._joints = tuple(joints)
         self._kind = kind
         self._bulk = bulk and extras is None
         self._extras = extras
-        self._newest: dict[int, tuple[ExtraJoints, ...]] = {}  # extra joints after a row
+        self._newest: dict[int, tuple[ExtraJoints, ...]] = {}  # latest extra joints by row
         self._resting = dict(resting or {})
         self._order = JointOrder(joints, resting)
         self._readings = ReadingOrder(joints, resting, max_age)
-        self._refusals: dict[int, RejectedError] = {}  # of rows that have some of the joints
-        self._layouts: dict[int, list[JointStateLayout]] = {}  # by size of the message
+        self._refusals: dict[int, RejectedError] = {}  # refusals of partial rows
+        self._layouts: dict[int, list[JointStateLayout]] = {}  # by message size
 
     def decode(self, messages: Messages) -> Samples:
-        """The samples of messages, which follow those that were decoded before."""
+        """The samples of messages, in continuation of those decoded before."""
         self._refusals.clear()
         self._newest.clear()
         has_acceleration = self._kind == JOINT_MOTION
@@ -95,7 +96,7 @@ class Decoder:
         return samples
 
     def _join(self, samples: Samples) -> None:
-        """Join the rows that have some of the joints, in their order."""
+        """Join partial rows, in order."""
         joiner = self._readings.joiner
         for row in np.flatnonzero(samples.usable).tolist():
             refusal = self._refusals.get(row)
@@ -115,7 +116,7 @@ class Decoder:
             samples.position[row], samples.velocity[row], samples.effort[row] = joined.values
 
     def _decode_size(self, samples: Samples, messages: Messages, size: int) -> None:
-        """Decode the messages of one size, layout after layout."""
+        """Decode the messages of one size, by layout."""
         rows = np.flatnonzero(messages.lengths == size)
         block = messages.block(rows, size)
         while len(rows):
@@ -136,7 +137,7 @@ class Decoder:
             block = block[~matches]
 
     def _layout_of_first(self, block: Bytes) -> JointStateLayout | None:
-        """The layout of the first of some messages; None where it has none."""
+        """The layout of the first message; None if it has none."""
         layouts = self._layouts.setdefault(block.shape[1], [])
         for layout in layouts:
             if layout.matches(block[:1])[0]:
@@ -151,9 +152,9 @@ class Decoder:
     def _decode_layout(
         self, samples: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes
     ) -> None:
-        """Decode messages of one layout: in bulk where it holds what is wanted, else one by one."""
-        # layout.starts: (first byte, count) of position, velocity, and effort or acceleration.
-        # A motion must have all three: one that lacks a part goes one by one and is refused there.
+        """Decode messages of one layout: in bulk if it is complete, otherwise one by one."""
+        # layout.starts: (first byte, count) of position, velocity, and effort or acceleration. A
+        # motion must have all three; otherwise it is decoded by itself, and refused.
         targets = [samples.position]
         if layout.starts[1][1] or samples.acceleration is not None:
             targets.append(samples.velocity)
@@ -166,9 +167,9 @@ class Decoder:
             self._decode_one(samples, row, bytes(message))
 
     def _is_complete(self, layout: JointStateLayout, part_count: int) -> bool:
-        """Whether a layout has each joint once, and a number for each name in its first parts.
+        """Whether a layout has each joint once, and a number for each name in its first arrays.
 
-        Joints that rest need not be there.
+        Joints with a default may be missing.
         """
         names = layout.names
         for joint in self._joints:
@@ -185,7 +186,7 @@ class Decoder:
         rows: NDArray[np.intp],
         block: Bytes,
     ) -> None:
-        """Read columns of messages; messages with a bad stamp or number are decoded one by one."""
+        """Read columns of messages; those with an invalid stamp or number go one by one."""
         names = layout.names
         selection: slice | NDArray[np.intp] = rows
         if len(rows) == len(samples):
@@ -211,9 +212,9 @@ class Decoder:
     def _with_absences(
         self, names: Sequence[str], rates: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Velocities (rows, n), NaN where they are absent, and which are absent or in range.
+        """Velocities (rows, n), NaN where absent, and a mask of those that are absent or valid.
 
-        Where all named joints have none, those at rest have none.
+        If all named joints have no velocity, joints at rest have none either.
         """
         is_absent = np.isnan(rates)
         is_named = np.array([joint in names for joint in self._joints])
@@ -221,7 +222,7 @@ class Decoder:
         return rates, is_absent | (np.abs(rates) < LARGEST)
 
     def _decode_one(self, samples: Samples, row: int, data: bytes) -> None:
-        """Decode one message by rosbags; what is wrong with it is kept."""
+        """Decode one message with rosbags; its error is stored."""
         rejection = oversized(len(data))
         if rejection is not None:
             samples.rejected[row] = rejection
@@ -238,7 +239,7 @@ class Decoder:
             samples.rejected[row] = error.rejection
 
     def _take(self, samples: Samples, row: int, message: Any) -> None:
-        """Take the numbers of one message. Raises RejectedError for what is wrong with it."""
+        """Store the numbers of one message; raises RejectedError if it is invalid."""
         is_motion = self._kind == JOINT_MOTION
         sample = sample_of_motion(message) if is_motion else sample_of_state(message)
         samples.stamp_ns[row] = sample.stamp_ns
@@ -266,13 +267,13 @@ class Decoder:
     def _columns(
         self, names: Sequence[str], numbers: FloatArray, *, at_rest: bool = False
     ) -> FloatArray:
-        """The columns of the joints (rows, n), from those of names (rows, k).
+        """Columns of the joints (rows, n), from columns of the message's names (rows, k).
 
         Args:
-            names: of the columns.
-            numbers: one row a message.
-            at_rest: whether joints that are not named stand where they rest; they have 0 if not.
-                Those that cannot rest have NaN.
+            names: names of the columns.
+            numbers: one row for each message.
+            at_rest: whether missing joints have their default position, and not 0. Joints without a
+                default have NaN.
         """
         columns = np.full((len(numbers), len(self._joints)), np.nan)
         for k, joint in enumerate(self._joints):
@@ -290,15 +291,15 @@ def _require_stamp(stamp_ns: int) -> None:
 
 
 def _without_padding(data: bytes) -> bytes:
-    """A message without what its writer left after it, which rosbags does not take."""
+    """A message without trailing padding, which rosbags refuses."""
     try:
         return data[: layout_of(data).end]
     except LayoutError:
-        return data  # rosbags says what is wrong
+        return data  # rosbags raises the error
 
 
 def sample_of_state(message: Any) -> JointSample:
-    """A JointState of rosbags as a sample, as `conversions` makes it of one of rclpy."""
+    """A JointState of rosbags as a sample; `conversions` does it for rclpy."""
     velocity = effort = None
     if len(message.velocity):
         velocity = np.array(message.velocity, dtype=np.float64)
@@ -308,7 +309,7 @@ def sample_of_state(message: Any) -> JointSample:
 
 
 def sample_of_motion(message: Any) -> JointSample:
-    """A JointMotion of rosbags as a sample, as `conversions` makes it of one of rclpy."""
+    """A JointMotion of rosbags as a sample; `conversions` does it for rclpy."""
     velocity = np.array(message.velocity, dtype=np.float64)
     acceleration = np.array(message.acceleration, dtype=np.float64)
     return _sample(message, velocity, acceleration)
@@ -320,7 +321,7 @@ def _sample(
     stamp = message.header.stamp
     return JointSample(
         stamp_ns=nanoseconds(stamp.sec, stamp.nanosec),
-        names=[name.partition("\0")[0] for name in message.name],  # C strings end there
+        names=[name.partition("\0")[0] for name in message.name],  # C strings end at a null byte
         position=np.array(message.position, dtype=np.float64),
         velocity=velocity,
         acceleration=acceleration,

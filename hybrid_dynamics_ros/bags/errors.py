@@ -1,4 +1,4 @@
-"""Errors about bags, in words for the terminal."""
+"""Errors on bags, with texts for the terminal."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path, unex
 
 
 class BagError(HybridDynamicsError):
-    """A bag cannot be read or written; the text says which, why and what to do."""
+    """A bag cannot be read or written; the text says which one, why, and what to do."""
 
 
 class BagCallError(BagError, InputError):
-    """What was asked for cannot be: no such topic, a place that is taken, a file of another kind.
+    """An argument is wrong: a missing topic, an existing path, a file of another kind.
 
     Attributes:
-        file: the file of another kind than was expected; None for other errors.
+        file: the file of an unexpected kind; None for other errors.
         kind: the kind of that file.
     """
 
@@ -25,7 +25,7 @@ class BagCallError(BagError, InputError):
 
 
 def wrong_kind(path: Path, expected: str) -> BagCallError:
-    """The error for a path at which there is nothing, or something of another kind."""
+    """The error for a path that is missing, or of another kind."""
     error = BagCallError(f"{path}: {unexpected_content(path, expected)}")
     error.file, error.kind = path, classify_path(path).kind
     return error

@@ -1,4 +1,4 @@
-"""The topic of a bag that holds the samples."""
+"""Choice of the topic with the samples of a bag."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .storage.bag_reader import BagReader
 from .storage.storage import CDR
 
 INPUT: Final = f"{NODE}/active_joint_states"
-_MAX_LOSSES: Final = 3  # that an error names
+_MAX_LOSSES: Final = 3  # listed in an error
 
 
 def input_topic(
@@ -24,13 +24,13 @@ def input_topic(
 
     Args:
         source: the bag.
-        wanted: name of the topic; None: the node's own topic of joint states, or the only topic of
-            the first message type that is there.
-        kinds: message types that are taken.
+        wanted: name of the topic; None: the node's topic of joint states, or the only topic of the
+            first existing message type.
+        kinds: accepted message types.
 
     Raises:
-        BagError: there is none.
-        BagCallError: there is none of the wanted name, or it is not clear which.
+        BagError: there is no such topic.
+        BagCallError: the named topic is missing, or there are several candidates.
     """
     names_by_kind = [_names_of(source, kind) for kind in kinds]
     candidates = [name for names in names_by_kind for name in names]
@@ -65,7 +65,7 @@ def _names_of(source: BagReader, kind: str) -> list[str]:
 
 
 def _listed(source: BagReader) -> str:
-    """All topics with their types, then what of the bag could not be read."""
+    """Text on all topics with their types, and on losses of the reader."""
     topics = [f"{topic.name} ({topic.kind or 'no type'})" for topic in source.topics.values()]
     text = ", ".join(topics) or "none that can be read"
     for loss in source.losses.describe()[:_MAX_LOSSES]:
@@ -76,12 +76,12 @@ def _listed(source: BagReader) -> str:
 def _require_encoding(
     source: BagReader, wanted: str | None, kinds: Sequence[str], candidates: Sequence[str]
 ) -> None:
-    """Refuse samples that are not in the encoding of ROS 2.
+    """Check that samples are in the encoding of ROS 2.
 
     Raises:
-        BagError: the wanted topic, or all of these types, is in another.
+        BagError: the topic, or all topics of these types, have another encoding.
     """
-    short_kinds = {kind.replace("/msg/", "/") for kind in kinds}  # as ROS 1 calls them
+    short_kinds = {kind.replace("/msg/", "/") for kind in kinds}  # names in ROS 1
     for topic in source.topics.values():
         is_of_kind = topic.kind.replace("/msg/", "/") in short_kinds
         if not is_of_kind or topic.encoding == CDR:

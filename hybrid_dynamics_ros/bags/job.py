@@ -1,4 +1,4 @@
-"""What is to be done with a bag, and what came of it."""
+"""Jobs of processing a bag, and their outcomes."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import Final
 
 from ..parameters import NodeSettings
 
-CAUSAL: Final = "causal"  # the node's filter, sample by sample
+CAUSAL: Final = "causal"  # the node's filter
 SMOOTHINGS: Final = (CAUSAL, "savgol", "spline")
 
 
 @dataclass(frozen=True)
 class Job:
-    """What is to be done with one bag.
+    """A job: the processing of one bag.
 
     Attributes:
-        source: the bag that is read.
-        target: the bag that is written.
+        source: the bag to read.
+        target: the bag to write.
         robot: name of a shipped robot, or path of a description file.
-        topic: where the joint states or motions are; None: see `input_topic`.
-        smooth: how rates are found, one of `SMOOTHINGS`.
-        keep: whether the original topics go into the new bag too.
+        topic: topic of joint states or motions; None: see `input_topic`.
+        smooth: estimator of rates, one of `SMOOTHINGS`.
+        keep: whether original topics are copied to the new bag.
         settings: parameters of the node.
     """
 
@@ -38,19 +38,19 @@ class Job:
 
 @dataclass(eq=False)
 class Outcome:
-    """What came of a job.
+    """The outcome of a job.
 
     Attributes:
         job: the job.
         summary: one line about the samples.
-        losses: what could not be read, as `Losses.describe` says it.
-        rejections: the first text of each kind of rejection.
-        outliers: samples that `smooth` made no accelerations of, a text each.
-        bulk: share of the samples that were decoded in bulk.
-        shares: time spent on each step [s]: reading, decoding, the model, encoding, and writing.
-        beside: time that the thread took which makes and writes chunks meanwhile [s].
-        duration: of the samples' stamps [s].
-        samples: how many samples there were.
+        losses: texts of `Losses.describe` on parts that could not be read.
+        rejections: first text of each kind of rejection.
+        outliers: texts on samples without acceleration, which `smooth` left out.
+        bulk: share of samples decoded in bulk.
+        shares: time of each step [s]: reading, decoding, model, encoding, writing.
+        beside: time of the parallel thread that compresses and writes chunks [s].
+        duration: time between first and last stamp [s].
+        samples: number of samples.
     """
 
     job: Job

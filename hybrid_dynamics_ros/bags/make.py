@@ -1,4 +1,4 @@
-"""Bags out of trajectories: from a file, or a motion of the model itself, with noise on request."""
+"""Bags from trajectories: those of a file, or of a simulated motion, with optional noise."""
 
 from __future__ import annotations
 
@@ -23,32 +23,31 @@ from .storage.storage import Topic
 from .trajectory_file import Trajectory
 
 PARTS: Final = ("position", "velocity", "effort")
-START_NS: Final = 1_577_836_800 * NS  # 1 January 2020: the same bag every time
-_BATCH: Final = 8192  # messages of a chunk
+START_NS: Final = 1_577_836_800 * NS  # 1 January 2020, for reproducible bags
+_BATCH: Final = 8192  # messages per chunk
 _MAX_REACH: Final = 1.0  # [rad or m] to each side of the reference
-_SWEPT_SHARE: Final = 0.9  # of the range
-_ANGULAR_RATES: Final = (0.3, 6.0)  # least and largest of the sines [rad/s]
+_SWEPT_SHARE: Final = 0.9  # share of the range that the motion covers
+_ANGULAR_RATES: Final = (0.3, 6.0)  # [rad/s] least and largest frequency of the sines
 _WAVE_COUNT: Final = 5
 _MAX_SHRINKS: Final = 25
 _SHRINK: Final = 0.8
-_MIN_SINGULARITY: Final = 0.05  # distance to a singularity that the motion keeps
+_MIN_SINGULARITY: Final = 0.05  # least distance to singularities
 
 
 def simulated(robot: Robot, seconds: float, rate: float = 1000.0, seed: int = 0) -> Trajectory:
-    """A motion of sums of sines with its efforts, wide and fast as it takes to show inertias.
+    """A motion of sums of sines with its efforts, which excites all inertias.
 
-    Each active joint sweeps its range, or 1 rad or m to each side of the reference where that is
-    less. All ranges shrink towards the reference until every state closes and keeps away from
-    singularities.
+    Each active joint covers its range, but at most 1 rad or m to each side of the reference. All
+    ranges shrink towards the reference until every state closes away from singularities.
 
     Args:
         robot: the robot.
         seconds: duration [s].
         rate: samples per second [Hz].
-        seed: of the random sines.
+        seed: seed of the random numbers.
 
     Raises:
-        BagError: no motion about the reference keeps away from singularities.
+        BagError: every motion about the reference comes near a singularity.
     """
     time = np.arange(round(seconds * rate)) / rate
     lower = np.maximum(robot.limits[:, 0], robot.reference - _MAX_REACH)
@@ -72,7 +71,7 @@ def simulated(robot: Robot, seconds: float, rate: float = 1000.0, seed: int = 0)
 def _sine_sums(
     rng: np.random.Generator, time: FloatArray, n: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Sums of sines (N, n) of size 1, and their first and second derivatives."""
+    """Sums of sines (N, n) with amplitude 1, and their first and second derivatives."""
     shape = (_WAVE_COUNT, n)
     rates = rng.uniform(*_ANGULAR_RATES, shape)
     phases = rng.uniform(0.0, 2.0 * np.pi, shape)
@@ -91,16 +90,16 @@ def _sine_sums(
 def write_trajectory(
     path: Path, trajectory: Trajectory, topic: str, notes: Mapping[str, str]
 ) -> int:
-    """Write a bag of JointState messages, the first of 1 January 2020; how many.
+    """Write a bag of JointState messages from 1 January 2020 on; returns their number.
 
     Args:
         path: folder of the bag.
-        trajectory: what is written.
+        trajectory: the trajectory.
         topic: name of the topic.
         notes: custom data for the metadata.
 
     Raises:
-        BagError: the trajectory lasts beyond the stamps that messages can have.
+        BagError: the trajectory exceeds the range of stamps.
     """
     _require_stamps(trajectory.time)
     template = joint_state_template(

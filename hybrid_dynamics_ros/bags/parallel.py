@@ -1,6 +1,6 @@
-"""Several bags: one after the other, in processes of this machine, or on a Dask cluster.
+"""Processing of several bags: in order, in processes of this machine, or on a Dask cluster.
 
-The results are the same in all three ways.
+The results are the same in all cases.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ from .errors import BagCallError, BagError
 from .job import Job, Outcome
 from .process import process
 
-TRIES: Final = 2  # of each bag: a worker may be lost for reasons of its own
+TRIES: Final = 2  # attempts for each bag, since a worker may be lost
 
 
 class WrongCall(str):
-    """Why there is no outcome, where the fault is in what was asked for."""
+    """The text of a failure that is caused by wrong arguments."""
 
     __slots__ = ()
 
 
-Result = Outcome | str  # an outcome, or why there is none
+Result = Outcome | str  # an outcome, or the text of a failure
 _Runner = Callable[[Sequence[Job], Sequence[int]], Iterator[tuple[int, Result]]]
 
 
 def run_jobs(jobs: Sequence[Job], processes: int = 1, scheduler: str | None = None) -> list[Result]:
-    """Outcomes in the order of the jobs; a text where a bag failed, for the second time.
+    """Run jobs; returns outcomes in their order, or the text of a repeated failure.
 
     Args:
-        jobs: what is to be done.
-        processes: how many bags at a time.
-        scheduler: address of a Dask scheduler whose workers see the same files.
+        jobs: the jobs.
+        processes: number of parallel processes.
+        scheduler: address of a Dask scheduler whose workers have access to the same files.
 
     Raises:
         BagError: dask is not installed.
-        BagCallError: the scheduler is not there.
+        BagCallError: the scheduler does not respond.
     """
     if scheduler is not None:
         return _run_beside(jobs, partial(_on_cluster, scheduler))
@@ -53,11 +53,11 @@ def run_jobs(jobs: Sequence[Job], processes: int = 1, scheduler: str | None = No
 
 
 def attempt(job: Job, shown: bool | None = False) -> Result:
-    """The outcome of one job, or why there is none.
+    """Run one job; returns its outcome or the text of its failure.
 
     Args:
-        job: what is to be done.
-        shown: whether progress is shown; None: on a terminal.
+        job: the job.
+        shown: whether to show progress; None: on terminals.
     """
     try:
         return process(job, shown)
@@ -68,7 +68,7 @@ def attempt(job: Job, shown: bool | None = False) -> Result:
 
 
 def _run_beside(jobs: Sequence[Job], run: _Runner) -> list[Result]:
-    """Run jobs in other processes, those that fail once more."""
+    """Run jobs in other processes; failed ones are run once more."""
     results: dict[int, Result] = {}
     remaining = list(range(len(jobs)))
     with Progress("bags", len(jobs)) as progress:
@@ -85,8 +85,8 @@ def _run_beside(jobs: Sequence[Job], run: _Runner) -> list[Result]:
 def _in_processes(
     count: int, jobs: Sequence[Job], numbers: Sequence[int]
 ) -> Iterator[tuple[int, Result]]:
-    """Results of some jobs by number, from processes of this machine."""
-    context = multiprocessing.get_context("spawn")  # code and threads do not outlive a fork
+    """Results of some jobs by index, from processes of this machine."""
+    context = multiprocessing.get_context("spawn")  # code and threads do not survive a fork
     with ProcessPoolExecutor(min(count, len(numbers)), mp_context=context) as pool:
         waiting = {pool.submit(attempt, jobs[k]): k for k in numbers}
         for done in as_completed(waiting):
@@ -99,7 +99,7 @@ def _in_processes(
 def _on_cluster(
     address: str, jobs: Sequence[Job], numbers: Sequence[int]
 ) -> Iterator[tuple[int, Result]]:
-    """Results of some jobs by number, from a Dask cluster."""
+    """Results of some jobs by index, from a Dask cluster."""
     try:
         import distributed  # noqa: PLC0415 - an extra
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""A bag through the pipeline into another bag."""
+"""Processing of a bag into a new bag."""
 
 from __future__ import annotations
 
@@ -36,23 +36,23 @@ from .storage.mcap_chunk import RecordBlock
 from .storage.qos import reliable_profile
 from .storage.storage import Losses, Messages, Topic
 
-KINDS: Final = (JOINT_STATE, JOINT_MOTION)  # that the node takes
+KINDS: Final = (JOINT_STATE, JOINT_MOTION)  # message types that the node accepts
 DESCRIPTION: Final = "/robot_description"
-_BATCH: Final = 2048  # samples that go through the model together, and into one chunk
-_OUTPUT_DEPTH: Final = 200  # messages that publishers of results keep
+_BATCH: Final = 2048  # samples per evaluation, and per chunk
+_OUTPUT_DEPTH: Final = 200  # history depth of output topics
 _STRING: Final = "std_msgs/msg/String"
 _MAX_LOSSES_IN_ERROR: Final = 3
-_NO_STAMP: Final = 2**63 - 1  # [ns] later than every stamp; with a minus, earlier
+_NO_STAMP: Final = 2**63 - 1  # [ns] beyond every stamp
 
 
 class Stopwatch:
-    """Adds up what each kind of work takes."""
+    """Measures the time of each kind of work."""
 
     def __init__(self, shares: Counter[str]) -> None:
         """Start it.
 
         Args:
-            shares: time by kind of work [s]; laps are added to it.
+            shares: time by kind of work [s]; updated in place.
         """
         self._shares = shares
         self._last = time.perf_counter()
@@ -65,15 +65,14 @@ class Stopwatch:
 
 
 def process(job: Job, shown: bool | None = None) -> Outcome:
-    """Do a job; the new bag is there when this returns.
+    """Run a job; the new bag is complete on return.
 
     Args:
-        job: what is to be done.
-        shown: whether progress is shown; None: on a terminal.
+        job: the job.
+        shown: whether to show progress; None: on terminals.
 
     Raises:
-        BagError: the bag cannot be read at all, its topic is not clear, or none of its samples can
-            be used.
+        BagError: the bag cannot be read, its topic is ambiguous, or it has no usable sample.
         HybridDynamicsError: the robot cannot be loaded.
     """
     source_path = job.source.resolve()
@@ -109,14 +108,14 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             outcome.losses = [*transfer.losses.describe(), *source.losses.describe()]
             _require_results(outcome, topic, pipeline)
             watch.lap("writing")
-        watch.lap("writing")  # closing the bag waits for the last chunks
+        watch.lap("writing")  # includes waiting for the last chunks
         outcome.beside = bag.thread_time
     outcome.summary = pipeline.counts.summary()
     return outcome
 
 
 def _require_smoothable(job: Job, topic: Topic) -> None:
-    """Refuse to smooth a topic that has accelerations. Raises BagCallError."""
+    """Raise BagCallError for smoothing of a topic that has accelerations."""
     if topic.kind == JOINT_MOTION and job.smooth != CAUSAL:
         raise BagCallError(
             f"{job.source}: {topic.name} has accelerations, which are taken as they are: nothing"
@@ -125,7 +124,7 @@ def _require_smoothable(job: Job, topic: Topic) -> None:
 
 
 def _output_topics(outputs: Sequence[BagOutput]) -> list[Topic]:
-    """The topics that the node would publish."""
+    """The node's output topics."""
     profile = reliable_profile(_OUTPUT_DEPTH)
     description_profile = reliable_profile(1, transient_local=True)
     topics = [Topic(output.name, output.topic.kind, (profile,)) for output in outputs]
@@ -133,13 +132,13 @@ def _output_topics(outputs: Sequence[BagOutput]) -> list[Topic]:
 
 
 def _copied_topics(source: BagReader, topics: Sequence[Topic]) -> list[Topic]:
-    """The topics of a bag that none of the given ones replaces."""
+    """The topics of a bag, without those that are replaced."""
     replaced = {topic.name for topic in topics}
     return [topic for topic in source.topics.values() if topic.name not in replaced]
 
 
 def _require_results(outcome: Outcome, topic: Topic, pipeline: Pipeline) -> None:
-    """Raise BagError where no sample could be used: a bag without results would look like one."""
+    """Raise BagError if no sample was usable."""
     if pipeline.counts.accepted:
         return
     job = outcome.job
@@ -154,11 +153,11 @@ def _require_results(outcome: Outcome, topic: Topic, pipeline: Pipeline) -> None
 
 
 class _Transfer:
-    """Carries messages through one job.
+    """The data flow of one job.
 
     Attributes:
-        losses: messages that could not be decoded or evaluated.
-        pressures: of the bag; None: nobody has read them.
+        losses: texts on messages that could not be decoded or evaluated.
+        pressures: pressures of the bag; None until they are read.
     """
 
     def __init__(
@@ -180,22 +179,22 @@ class _Transfer:
         self._outcome = outcome
         self._job = outcome.job
         self._watch = watch
-        self._bulk_count = 0  # samples that were decoded in bulk
+        self._bulk_count = 0  # samples decoded in bulk
         self._first_ns = _NO_STAMP
         self._last_ns = -_NO_STAMP
         self._has_description = False
-        self._waiting: list[Samples] = []  # to be smoothed together
+        self._waiting: list[Samples] = []  # for smoothing as a whole
 
     def run(
         self, source: BagReader, topic: Topic, copied: Sequence[str], shown: bool | None
     ) -> None:
-        """Carry all messages.
+        """Process all messages.
 
         Args:
-            source: the bag that is read.
-            topic: where the samples are.
-            copied: names of the topics that go into the new bag as they are.
-            shown: whether progress is shown; None: on a terminal.
+            source: the bag to read.
+            topic: topic of the samples.
+            copied: names of topics to copy.
+            shown: whether to show progress; None: on terminals.
         """
         wanted: frozenset[str] | None = frozenset([topic.name])
         total = topic.message_count or 0
@@ -221,12 +220,12 @@ class _Transfer:
         outcome.duration = max(self._last_ns - self._first_ns, 0) * 1e-9
 
     def _copy(self, name: str, messages: Messages) -> None:
-        """Write messages as they are."""
+        """Copy messages."""
         self._bag.write(list(RecordBlock.copies(self._bag.channels[name], messages)))
         self._watch.lap("writing")
 
     def _process(self, messages: Messages) -> None:
-        """Decode messages. Evaluate them too, unless smoothing waits for the whole topic."""
+        """Decode messages, and evaluate them unless smoothing needs the whole topic."""
         for rows in slices(len(messages), _BATCH):
             samples = self._decode(messages.part(np.arange(rows.start, rows.stop)))
             if self._job.smooth == CAUSAL:
@@ -267,7 +266,7 @@ class _Transfer:
                 self.losses.add(f"samples {rows.start} to {rows.stop}: {error}")
 
     def _write(self, result: BatchResult | None) -> None:
-        """Write the messages of a result; the thread of the bag does most of it."""
+        """Write the messages of a result, mostly in the thread of the bag."""
         self._watch.lap("model")
         if result is None:
             return

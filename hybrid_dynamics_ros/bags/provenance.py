@@ -1,4 +1,4 @@
-"""The robot that a bag was made with, and how: written into its metadata, and read from there."""
+"""Provenance of bags in their metadata: the robot, and the processing."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from .storage.metadata import read_notes
 
 # Keys of a bag's custom data:
 _NAME: Final = "robot"
-_FILE: Final = "robot_file"  # absolute path; only for a robot that is not shipped
-_DIGEST: Final = "robot_digest"  # SHA-256 of all files that describe it; only beside _FILE
-_READ_WITH: Final = "robot_read_with"  # parameters and arguments of its file, where any are given
-_SMOOTHING: Final = "smooth"  # only in a processed bag
-_SOURCE: Final = "source"  # name of the bag that was processed
+_FILE: Final = "robot_file"  # absolute path, for robots that are not shipped
+_DIGEST: Final = "robot_digest"  # SHA-256 of all its files, together with _FILE
+_READ_WITH: Final = "robot_read_with"  # parameters and arguments of its file, if given
+_SMOOTHING: Final = "smooth"  # of processed bags only
+_SOURCE: Final = "source"  # name of the original bag
 
 
 def robot_notes(given: str, robot: Robot) -> dict[str, str]:
-    """The custom data by which `robot_of` loads the robot of a bag again.
+    """The custom data from which `robot_of` loads the robot of a bag.
 
     Args:
-        given: the name or path that the robot was loaded by.
+        given: name or path that the robot was loaded from.
         robot: the robot.
 
     Returns:
-        Its name. For a robot that is not shipped also the absolute path of its file, and a digest
-        of all files that describe it. What its file was read with, where anything was given.
+        Its name; for a robot that is not shipped also the absolute path of its file, and a digest
+        of all its files; and the options of the file, if any were given.
     """
     notes = _read_with_notes(given)
     if given in shipped_robots():
@@ -44,7 +44,7 @@ def robot_notes(given: str, robot: Robot) -> dict[str, str]:
 
 
 def _read_with_notes(given: str) -> dict[str, str]:
-    """The options of a robot's file, as JSON; nothing where there are none."""
+    """The options of a robot's file, as JSON; empty if there are none."""
     options = options_of(given)
     if not options:
         return {}
@@ -59,7 +59,7 @@ def _read_with_notes(given: str) -> dict[str, str]:
 
 
 def _loaded(name: str, notes: Mapping[str, Any]) -> Robot:
-    """The robot of a name or file, read with what the notes say."""
+    """The robot of a name or file, read with the options in the notes."""
     entries = json.loads(str(notes.get(_READ_WITH, "{}")))
     return load(name, **entries)
 
@@ -68,20 +68,20 @@ def process_notes(source: Path, smoothing: str) -> dict[str, str]:
     """The custom data on how a bag was processed.
 
     Args:
-        source: the bag that was processed.
-        smoothing: how accelerations were found, one of `job.SMOOTHINGS`.
+        source: the original bag.
+        smoothing: estimator of accelerations, one of `job.SMOOTHINGS`.
     """
     return {_SOURCE: source.name, _SMOOTHING: smoothing}
 
 
 def robot_of(bag: Path) -> Robot:
-    """The robot that a bag was made with.
+    """The robot of a bag, from its metadata.
 
     Args:
         bag: a recording or a processed bag.
 
     Raises:
-        BagCallError: the bag names no robot, or its robot file is gone or has changed.
+        BagCallError: the bag names no robot, or the robot's file is missing or has changed.
     """
     require_recording(bag)
     notes = read_notes(bag)
@@ -99,7 +99,7 @@ def robot_of(bag: Path) -> Robot:
 
 
 def smoothing_of(bag: Path) -> str | None:
-    """How the accelerations of a processed bag were found; None for a recording."""
+    """The estimator of accelerations of a processed bag; None for a recording."""
     smoothing = read_notes(bag).get(_SMOOTHING)
     if smoothing is None:
         return None
@@ -107,7 +107,7 @@ def smoothing_of(bag: Path) -> str | None:
 
 
 def _robot_of_file(bag: Path, notes: Mapping[str, Any]) -> Robot:
-    """The robot of the file that the notes name.
+    """The robot of the file named in the notes.
 
     Raises:
         BagCallError: the file cannot be read, or has changed since the bag was made.
@@ -127,14 +127,14 @@ def _robot_of_file(bag: Path, notes: Mapping[str, Any]) -> Robot:
 
 
 def _digest(robot: Robot) -> str:
-    """SHA-256 over the contents of all files that describe a robot; their names do not count.
+    """SHA-256 of the contents of all files of a robot, independent of their names.
 
-    The digests of the files are sorted before they are joined, so that no order of files matters.
+    The digests of the files are sorted before they are joined, so their order does not matter.
     """
     description = robot.description
     files: set[Path] = set()
     for name in (description.file, *description.files.values()):
-        if name is not None:  # a part without a file
+        if name is not None:  # parts without a file have no name
             files.add(Path(name))
     digests = sorted(hashlib.sha256(file.read_bytes()).digest() for file in files)
     return hashlib.sha256(b"".join(digests)).hexdigest()

@@ -1,4 +1,4 @@
-"""Pressures of a recording, joined with its joint states in the order in which both were logged."""
+"""Pressures of a recording, merged with its joint states by log time."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _COMPUTED = f"{NODE}/cylinder_states"
 
 
 class RecordedPressures:
-    """What was measured of the cylinders until each time of a bag."""
+    """Measured pressures of the cylinders over the log time of a bag."""
 
     def __init__(self, pressures: PressureInput, source: BagReader, losses: Losses) -> None:
         """Read all pressures of a bag.
 
         Args:
-            pressures: of the pipeline.
+            pressures: pressures of the pipeline.
             source: the bag.
-            losses: messages that cannot be used are added.
+            losses: receives texts on unusable messages.
         """
         self._pressures = pressures
         log_ns: list[int] = []
@@ -41,7 +41,7 @@ class RecordedPressures:
         self._newest = [(), *(newest[k] for k in order)]
 
     def add_to(self, result: BatchResult) -> None:
-        """Give results the forces that were measured until then."""
+        """Add the latest measured forces to results."""
         if not len(self._log_ns):
             return
         places = np.searchsorted(self._log_ns, result.log_ns, side="right").tolist()
@@ -66,7 +66,7 @@ def read_pressures(
     Args:
         pressures: takes them.
         source: the bag.
-        losses: messages that cannot be used are added.
+        losses: receives texts on unusable messages.
 
     Yields:
         Log time of each message [ns], and whether it was taken.
@@ -81,7 +81,7 @@ def read_pressures(
 
 
 def _take(pressures: PressureInput, data: bytes) -> str:
-    """Take a message, or say why it cannot be used."""
+    """Store a message; returns why it is unusable, or an empty text."""
     try:
         pressures.take(sample_of_pressures(deserialize(data, PRESSURES)))
     except RejectedError as error:
@@ -92,7 +92,7 @@ def _take(pressures: PressureInput, data: bytes) -> str:
 
 
 def pressure_topic(source: BagReader) -> str:
-    """The topic with pressures; "" where there is none or it is not clear."""
+    """The topic with pressures; "" if there is none, or if there are several."""
     if PRESSURE_INPUT in source.topics:
         return PRESSURE_INPUT
     names = [topic.name for topic in source.topics.values() if topic.kind == PRESSURES]

@@ -1,4 +1,4 @@
-"""Samples that do not fit the motion around them: a late or early stamp, a reading that jumps."""
+"""Outlier detection in samples: wrong stamps, and readings that jump."""
 
 from __future__ import annotations
 
@@ -15,35 +15,34 @@ from hybrid_dynamics_core.identification import noise_limit, robust_deviation
 
 from ..messages.joint_samples import FloatArray
 
-_DEGREE: Final = 3  # of the spline
-_KNOT_SPACING: Final = 4  # samples
-_WINDOW: Final = 240  # samples that are compared with one spline
-_MIN_SAMPLES: Final = 24  # that show what noise is
-# Steps of the joint between two samples that an outlier is off at least. A spline misses corners
-# by less.
+_DEGREE: Final = 3  # degree of the spline
+_KNOT_SPACING: Final = 4  # [samples]
+_WINDOW: Final = 240  # [samples] fitted by one spline
+_MIN_SAMPLES: Final = 24  # least number for an estimate of noise
+# Least deviation of an outlier, in steps of the joint between two samples. Corners of a motion
+# deviate less from a spline.
 _MIN_STEPS: Final = 2.0
-# Steps of which a fast motion makes most. Two bad samples side by side make three.
+# Number of consecutive steps of a fast motion. Two adjacent outliers make three.
 _LASTING: Final = 9
-_NEIGHBOURS: Final = 7  # samples about an outlier, with itself, that a parabola goes through
-_NEWTON_STEPS: Final = 5  # along the parabola: the residual is nothing after the third
-_MAX_MISS: Final = 0.3  # share of the distance that a wrong stamp may leave unexplained
-_MIN_FREEDOM: Final = 1e-9  # of a sample whose leverage is 1
+_NEIGHBOURS: Final = 7  # samples around an outlier, including itself, for a parabola
+_NEWTON_STEPS: Final = 5  # along the parabola; three are enough
+_MAX_MISS: Final = 0.3  # largest share of the deviation that a wrong stamp leaves unexplained
+_MIN_FREEDOM: Final = 1e-9  # least 1 - leverage
 _NAN: Final = float("nan")
 
-Deviations = dict[int, tuple[int, float]]  # column, and by how much, of some rows
+Deviations = dict[int, tuple[int, float]]  # (column, deviation) by row
 
 
 @dataclass(frozen=True)
 class SampleOutlier:
-    """A sample off the curve through those around it.
+    """A sample that deviates from the curve through its neighbours.
 
     Attributes:
         stamp_ns: its stamp [ns].
-        joint: number of the measured joint that is furthest off.
-        rate: whether its velocity is off, rather than its position.
-        off: by how much [rad or m, or per second].
-        late: by how much its stamp is later than the motion says [s]; NaN where the positions give
-            no such time.
+        joint: index of the measured joint with the largest deviation.
+        rate: whether its velocity deviates, not its position.
+        off: deviation [rad or m, or per second].
+        late: delay of its stamp relative to the motion [s]; NaN if no delay explains the positions.
     """
 
     stamp_ns: int
@@ -53,11 +52,11 @@ class SampleOutlier:
     late: float
 
     def at(self, start_ns: int) -> float:
-        """Seconds since some stamp [ns]."""
+        """Time since a stamp [s]; `start_ns` is the stamp [ns]."""
         return (self.stamp_ns - start_ns) * 1e-9
 
     def describe(self, joints: Sequence[str], start_ns: int) -> str:
-        """A sentence, with the time since some stamp [ns]."""
+        """A sentence with the time since a stamp `start_ns` [ns]."""
         unit = "(rad or m)/s" if self.rate else "rad or m"
         joint = joints[self.joint]
         text = f"{self.at(start_ns):.3f} s: {joint} is {abs(self.off):.3g} {unit} off the motion"
@@ -68,23 +67,23 @@ class SampleOutlier:
 
     @property
     def word(self) -> str:
-        """Which way the stamp is wrong: `late` or `early`."""
+        """Direction of the stamp's error: `late` or `early`."""
         return "late" if self.late > 0.0 else "early"
 
 
 def find_outliers(
     stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray | None
 ) -> dict[int, SampleOutlier]:
-    """The rows of a run that do not fit those around them.
+    """Find the outliers of a run.
 
-    An outlier is off the least-squares spline through the other samples. It is off by more than
-    the largest of as much noise as they have. It is also off by more than two steps of the joint's
-    fast motion from one sample to the next.
+    An outlier deviates from the least-squares spline through the other samples. Its deviation is
+    larger than the expected maximum of the noise, and than two steps of the joint's fast motion
+    between samples.
 
     Args:
-        stamps: (N,) [ns], rising.
+        stamps: (N,) [ns], ascending.
         position: (N, n) [rad or m].
-        velocity: (N, n) [rad/s or m/s] where it was measured.
+        velocity: (N, n) [rad/s or m/s], NaN where it was not measured.
     """
     outliers: dict[int, SampleOutlier] = {}
     if len(stamps) < _MIN_SAMPLES:
@@ -107,9 +106,9 @@ def find_outliers(
 
 
 def _windows(count: int) -> Iterator[slice]:
-    """All samples, some at a time.
+    """Windows over all samples.
 
-    The last ones are together with as many before them as make a full window.
+    The last window overlaps the one before, so that all are full.
     """
     starts = range(0, max(count - _MIN_SAMPLES, 1), _WINDOW)
     for start in starts[:-1]:
@@ -119,9 +118,9 @@ def _windows(count: int) -> Iterator[slice]:
 
 
 def _fast_steps(values: FloatArray) -> FloatArray:
-    """The largest step of each column of (N, n) that lasts (n,); infinite where there is none.
+    """The largest sustained step of each column (n,) of (N, n); infinite if there is none.
 
-    Jumps of a few samples do not last.
+    Jumps of a few samples are ignored.
     """
     steps = np.empty(values.shape[1])
     for k, column in enumerate(values.T):
@@ -131,18 +130,18 @@ def _fast_steps(values: FloatArray) -> FloatArray:
 
 
 class _WindowSearch:
-    """Outliers among some samples."""
+    """Search for outliers in one window."""
 
     def __init__(
         self, time: FloatArray, values: FloatArray, scale: FloatArray, value_count: int
     ) -> None:
-        """The samples.
+        """Store the samples.
 
         Args:
             time: (N,) [s].
             values: (N, k).
-            scale: (k,) what an outlier is off at least.
-            value_count: how many values the recording has, of which the largest noise counts.
+            scale: (k,) least deviation of an outlier.
+            value_count: number of values of the recording, for the expected maximum of noise.
         """
         self._time = time
         self._values = values
@@ -150,9 +149,9 @@ class _WindowSearch:
         self._limit = noise_limit(value_count)
 
     def outliers(self) -> list[tuple[int, int, float]]:
-        """Row, column, and by how much.
+        """Row, column and deviation of each outlier.
 
-        The worst is removed first, as it makes its neighbours look worse.
+        The largest is removed first, since it distorts the residuals of its neighbours.
         """
         rows = np.arange(len(self._time))
         outliers: Deviations = {}
@@ -168,7 +167,7 @@ class _WindowSearch:
         return [(row, column, off) for row, (column, off) in outliers.items()]
 
     def _restore(self, rows: NDArray[np.intp], outliers: Deviations) -> None:
-        """Take back the outliers that only looked bad beside a worse one."""
+        """Restore samples that were only distorted by a larger outlier."""
         for row in list(outliers):
             extended = np.sort(np.append(rows, row))
             size, _ = self._sizes(extended)
@@ -177,9 +176,9 @@ class _WindowSearch:
                 del outliers[row]
 
     def _sizes(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        """How far off samples are, in parts of the scale and as they are (N, k).
+        """Deviations of samples over the scale, and deviations, (N, k) each.
 
-        Parts are 0 within noise. Each sample is compared with the curve through the others.
+        The first are 0 within noise. Each sample is compared with the curve through the others.
         """
         residual, freedom = _fit_spline(self._time[rows], self._values[rows])
         off = residual / freedom[:, None]
@@ -202,10 +201,10 @@ def _fit_spline(time: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
 
 
 def _lateness(time: FloatArray, positions: FloatArray, row: int, scale: FloatArray) -> float:
-    """By how much a stamp is later than when the joints were where the sample has them [s].
+    """Delay of a stamp relative to the time at which the joints had the sample's positions [s].
 
-    NaN where no time explains the positions. Newton's method goes along a parabola through the
-    neighbours to the point nearest to the sample.
+    NaN if no time explains the positions. Newton's method finds the nearest point on a parabola
+    through the neighbours.
     """
     first = min(max(row - _NEIGHBOURS // 2, 0), len(time) - _NEIGHBOURS)
     neighbours = [k for k in range(first, first + _NEIGHBOURS) if k != row]

@@ -17,20 +17,21 @@ T = TypeVar("T")
 
 @dataclass(eq=False)
 class Samples:
-    """Samples of the measured joints, a row each, in the order of the messages.
+    """Samples of the measured joints: one row for each message, in order.
 
     Attributes:
         log_ns: log times (N,) [ns].
         stamp_ns: stamps of the headers (N,) [ns].
         position: (N, n) [rad or m].
-        velocity: (N, n) [rad/s or m/s]; NaN where it is absent.
-        effort: recorded efforts (N, n) [N m or N]; NaN where there are none.
-        acceleration: (N, n) as the messages have it [rad/s^2 or m/s^2]; None: to be estimated.
-        extras: joints of each row beside those of the robot; None: nobody asks.
-        rejected: rows that are no samples, and why; their numbers mean nothing.
-        waiting: rows that have some joints, which a later row has too; their numbers mean nothing.
-        broken: rows that are no message of their type, and why.
-        bulk_count: how many were decoded in bulk.
+        velocity: (N, n) [rad/s or m/s]; NaN if absent.
+        effort: recorded efforts (N, n) [N m or N]; NaN if absent.
+        acceleration: (N, n) accelerations of the messages [rad/s^2 or m/s^2]; None if they must be
+            estimated.
+        extras: further joints of each row, which the robot does not have; None if not requested.
+        rejected: reasons of rows that are no valid samples; their numbers are meaningless.
+        waiting: partial rows that were joined into a later row; their numbers are meaningless.
+        broken: reasons of rows that cannot be decoded.
+        bulk_count: number of rows decoded in bulk.
     """
 
     log_ns: NDArray[np.int64]
@@ -50,7 +51,7 @@ class Samples:
 
     @staticmethod
     def blank(log_ns: NDArray[np.int64], joint_count: int, *, has_acceleration: bool) -> Samples:
-        """Rows that nothing is known of yet, but their log times (N,) [ns]."""
+        """Blank rows with log times (N,) [ns]."""
         shape = (len(log_ns), joint_count)
         samples = Samples(
             log_ns=log_ns,
@@ -65,7 +66,7 @@ class Samples:
 
     @staticmethod
     def joined(parts: Sequence[Samples]) -> Samples:
-        """The rows of several, one after the other; accelerations are left out."""
+        """Concatenate samples, without accelerations."""
         rejected: dict[int, Rejection] = {}
         broken: dict[int, str] = {}
         waiting: dict[int, None] = {}
@@ -92,18 +93,18 @@ class Samples:
 
     @property
     def measured(self) -> NDArray[np.bool_]:
-        """(N,) which rows have the velocity of some joint."""
+        """Mask (N,) of rows with the velocity of any joint."""
         return np.asarray(np.isfinite(self.velocity).any(axis=1))
 
     @property
     def usable(self) -> NDArray[np.bool_]:
-        """(N,) which rows are samples."""
+        """Mask (N,) of rows that are valid samples."""
         usable = np.ones(len(self), dtype=bool)
         usable[[*self.rejected, *self.waiting, *self.broken]] = False
         return usable
 
     def calibrated(self, calibration: Calibration | None) -> Samples:
-        """The samples of the joints from the readings of their sensors."""
+        """The samples of the joints, from readings of their sensors."""
         if calibration is None:
             return self
         factor = calibration.factor
@@ -118,17 +119,17 @@ class Samples:
         )
 
     def part(self, rows: slice) -> Samples:
-        """Rows that follow each other; views of these."""
+        """Consecutive rows, as views."""
         return self._select(rows, range(rows.start, rows.stop))
 
     def only(self, rows: NDArray[np.intp]) -> Samples:
-        """Some rows."""
+        """A copy of some rows."""
         if len(rows) == len(self):
             return self
         return self._select(rows, rows.tolist())
 
     def _select(self, rows: slice | NDArray[np.intp], numbers: Sequence[int]) -> Samples:
-        """Some rows, whose numbers are given too."""
+        """Some rows, selected by `rows`, with their indices."""
         places: dict[int, int] = {}
         if self.rejected or self.waiting or self.broken:
             places = {row: k for k, row in enumerate(numbers)}

@@ -1,4 +1,4 @@
-"""The node's parameters from a parameter file, and its pipeline under them, without ROS."""
+"""The node's parameters from a file, and its pipeline, without ROS."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ from ..stream.conditions import Conditions, calibration_of, kalman_of, loads_of
 from ..stream.pipeline import Pipeline
 from .errors import BagError, wrong_kind
 
-_NAME: Final = "hybrid_dynamics"  # of the node whose topics a processed bag has
+_NAME: Final = "hybrid_dynamics"  # name of the node in processed bags
 _PARAMETERS: Final = "ros__parameters"
 _ERRORS: Final = (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError)
 
 
 def read_settings(path: Path | None) -> NodeSettings:
-    """Settings from a file as `ros2 run ... --params-file` takes it; defaults without one.
+    """Settings from a parameter file of ROS 2; defaults without a file.
 
     Raises:
-        BagCallError: it is a file of another kind.
-        BagError: it cannot be read as one, or is for another node.
-        ParameterError: a parameter is unknown, or has a value that cannot be used.
+        BagCallError: the file is of another kind.
+        BagError: the file cannot be read, or is for another node.
+        ParameterError: a parameter is unknown, or its value is wrong.
     """
     if path is None:
         return NodeSettings()
@@ -59,10 +59,10 @@ def read_settings(path: Path | None) -> NodeSettings:
 
 
 def require_measured(settings: NodeSettings, measured: Sequence[str]) -> None:
-    """Refuse settings of sensors that there are not.
+    """Check that settings of sensors refer to measured joints.
 
     Raises:
-        ParameterError: a joint of the sensors is not measured.
+        ParameterError: a joint with a sensor setting is not measured.
     """
     for joint in settings.sensors:
         if joint not in measured:
@@ -72,10 +72,10 @@ def require_measured(settings: NodeSettings, measured: Sequence[str]) -> None:
 
 
 def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
-    """The node's pipeline under the node's parameters.
+    """Make the node's pipeline for given parameters.
 
     Raises:
-        ParameterError: the settings do not go with the robot.
+        ParameterError: the settings do not fit the robot.
     """
     bandwidth, max_gap = settings[BANDWIDTH], settings[MAX_GAP]
     pipeline = Pipeline(robot, bandwidth, max_gap, settings[MEASURED], kalman_of(settings))
@@ -92,7 +92,7 @@ def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
 
 
 def _parameters(path: Path) -> dict[str, Any]:
-    """The parameters of the node, by dotted names. Raises BagError."""
+    """The parameters of the node by dotted names; raises BagError."""
     sections = _sections(path)
     matching = [name for name in sections if _is_for_the_node(name)]
     chosen = matching
@@ -100,7 +100,7 @@ def _parameters(path: Path) -> dict[str, Any]:
         chosen = list(sections)
     parameters: dict[str, Any] = {}
     for name in chosen:
-        parameters |= sections[name]  # as ROS does: a later section wins
+        parameters |= sections[name]  # as in ROS, a later section wins
     if sections and not parameters and not matching:
         listed = ", ".join(map(str, sections))
         raise BagError(

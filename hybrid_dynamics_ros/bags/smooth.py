@@ -1,6 +1,6 @@
-"""Rates that may look ahead: zero-phase smoothing of recordings.
+"""Zero-phase smoothing of recordings, for rates without lag.
 
-It takes 150 bytes of memory a sample.
+It needs 150 bytes of memory per sample.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from ..stream.filter.rate_estimator import RateRows
 from .sample_outliers import SampleOutlier, find_outliers
 from .samples import Samples, slices
 
-_SPLINE_DEGREE: Final = 5  # so that accelerations from positions are cubic
+_SPLINE_DEGREE: Final = 5  # gives cubic accelerations from positions
 _SAVGOL_DEGREE: Final = 4
-_LEAST: Final = 12  # samples of a run; the rates of shorter ones are not estimated
-_JITTER: Final = 1e-3  # of a step, by which stamps may be off an even grid
-_BATCH: Final = 2048  # samples that are closed together
+_LEAST: Final = 12  # least number of samples of a run with rates
+_JITTER: Final = 1e-3  # largest deviation of stamps from an even grid, as a share of its step
+_BATCH: Final = 2048  # samples closed at once
 
 Rows = NDArray[np.intp]
 
@@ -35,22 +35,22 @@ class SmoothRates(RateRows):
     """Rates of the samples of a recording.
 
     Attributes:
-        outliers: samples that rates were not made of, as they do not fit the motion around them.
+        outliers: samples that were left out, since they do not fit the motion around them.
     """
 
     outliers: list[SampleOutlier] = field(default_factory=list)
 
 
 def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> SmoothRates:
-    """Velocities and accelerations of all samples from those before and after.
+    """Estimate velocities and accelerations from earlier and later samples.
 
-    Velocities that were measured are smoothed; where there are none, positions are. Outliers are
-    left out and have no acceleration.
+    Measured velocities are smoothed if there are any, otherwise positions. Outliers are left out
+    and have no acceleration.
 
     Args:
-        samples: of a whole recording.
+        samples: samples of a whole recording.
         method: "savgol" or "spline".
-        evaluator: its bandwidth and largest gap count here too.
+        evaluator: gives bandwidth and largest gap.
     """
     samples = _continued(samples.calibrated(evaluator.calibration), evaluator)
     count, n = samples.position.shape
@@ -75,7 +75,7 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
 
 
 def _continued(samples: Samples, evaluator: MotionEvaluator) -> Samples:
-    """The samples without jumps of whole turns; those that are not finite stay as they are."""
+    """The samples without jumps of whole turns; values that are not finite are not changed."""
     rows = np.flatnonzero(samples.usable & np.isfinite(samples.position).all(axis=1))
     position = samples.position.copy()
     turned = evaluator.continued(samples.stamp_ns[rows], position[rows], samples.velocity[rows])
@@ -84,10 +84,10 @@ def _continued(samples: Samples, evaluator: MotionEvaluator) -> Samples:
 
 
 def _without_outliers(rates: SmoothRates, samples: Samples, run: Rows) -> Rows:
-    """The rows of a run that are no outliers; the outliers are added to `rates.outliers`."""
+    """The rows of a run without outliers, which are added to `rates.outliers`."""
     is_measured = _measured(samples, run)
     velocity = None
-    if is_measured.any():  # a column that stays as it is has no outliers
+    if is_measured.any():  # measured columns are not smoothed, and have no outliers
         velocity = np.where(is_measured, samples.velocity[run], 0.0)
     outliers = find_outliers(samples.stamp_ns[run], samples.position[run], velocity)
     rates.outliers += [outliers[row] for row in sorted(outliers)]
@@ -97,7 +97,7 @@ def _without_outliers(rates: SmoothRates, samples: Samples, run: Rows) -> Rows:
 def _smooth(
     rates: SmoothRates, samples: Samples, rows: Rows, method: str, bandwidth: float
 ) -> None:
-    """Fill in velocities and accelerations of the rows of a run."""
+    """Set velocities and accelerations of the rows of a run."""
     stamps = samples.stamp_ns[rows]
     time = (stamps - stamps[0]) * 1e-9
     derivatives = _spline if method == "spline" else _savgol
@@ -115,14 +115,14 @@ def _smooth(
 
 
 def _measured(samples: Samples, rows: Rows) -> NDArray[np.bool_]:
-    """Whether all of the rows have the velocity of each joint (n,)."""
+    """Mask (n,) of joints whose velocity is in all of the rows."""
     return np.asarray(np.isfinite(samples.velocity[rows]).all(axis=0))
 
 
 def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool_]:
-    """Which samples are finite, and close the loops where the active joints are measured.
+    """Mask of samples that are finite, and that close if the active joints are measured.
 
-    Others are left out: a wild value would spoil the rates of its neighbours.
+    Others are left out, since an outlier would distort the rates of its neighbours.
     """
     has_position = np.isfinite(samples.position).all(axis=1)
     regular = np.array(has_position & ~np.isinf(samples.velocity).any(axis=1))
@@ -139,14 +139,14 @@ def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool
 
 
 def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
-    """Runs of samples with rising stamps and no gap; short runs are left out.
+    """Runs of samples with ascending stamps and without gaps; short runs are left out.
 
-    Where the joints with velocities change for longer than that, a run ends. Where they change
-    more often, as in messages that have velocities in turn, it goes on.
+    A run ends if the set of joints with velocities changes for a longer time. Frequent changes, as
+    in messages with velocities of alternating joints, do not end it.
 
     Args:
-        rows: of the samples that count.
-        samples: all.
+        rows: rows of usable samples.
+        samples: all samples.
         gap: largest time between two stamps of a run [s].
     """
     if not len(rows):
@@ -160,12 +160,12 @@ def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
 
 
 def _is_same_kind(is_measured: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether each row and the next are smoothed alike (N - 1,).
+    """Whether each row and the next are smoothed in the same way (N - 1,).
 
-    They have velocities of the same joints, or both are among rows too few for a fit of their own.
+    They have velocities of the same joints, or both are in groups too small for a separate fit.
 
     Args:
-        is_measured: which joints have velocities in each row (N, n).
+        is_measured: mask (N, n) of joints with velocities in each row.
     """
     is_change = (is_measured[1:] != is_measured[:-1]).any(axis=1)
     edges = np.concatenate([[0], np.flatnonzero(is_change) + 1, [len(is_measured)]])
@@ -179,13 +179,13 @@ def _spline(
 ) -> tuple[FloatArray, ...]:
     """Derivatives of a least-squares spline.
 
-    Knots are a quarter of the bandwidth's period apart, but at least three samples.
+    The distance of knots is a quarter of the bandwidth's period, but at least three samples.
 
     Args:
-        time: (N,) [s], rising.
+        time: (N,) [s], ascending.
         values: (N, n) velocities or positions.
         bandwidth: [Hz].
-        orders: of the two derivatives that are wanted; 0 is the smoothed value.
+        orders: orders of the two derivatives; 0 is the smoothed value.
     """
     first, last = time[0], time[-1]
     interval = float(np.median(np.diff(time)))
@@ -194,7 +194,7 @@ def _spline(
     inner = np.linspace(first, last, intervals + 1)[1:-1]
     edges = np.concatenate([[first], inner, [last]])
     counts, _ = np.histogram(time, edges)
-    # a knot beside an interval with one sample or none would not be determined
+    # a knot next to an interval with at most one sample would be undetermined
     inner = inner[(counts[:-1] > 1) & (counts[1:] > 1)]
     ends = np.ones(_SPLINE_DEGREE + 1)
     knots = np.concatenate([first * ends, inner, last * ends])
@@ -209,9 +209,9 @@ def _spline(
 def _savgol(
     time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]
 ) -> tuple[FloatArray, ...]:
-    """Derivatives by Savitzky-Golay on an even grid of times.
+    """Derivatives by a Savitzky-Golay filter on an even grid of times.
 
-    Where stamps jitter, values are interpolated onto the grid, and derivatives back to the stamps.
+    If stamps jitter, values are interpolated to the grid, and derivatives back to the stamps.
     Arguments are those of `_spline`.
     """
     median = float(np.median(np.diff(time)))
@@ -221,7 +221,7 @@ def _savgol(
     is_even = len(time) == count and bool(np.abs(time - grid).max() < _JITTER * step)
     if not is_even:
         values = _interpolated(grid, time, values)
-    # odd numbers of samples: a period of the bandwidth, all, as few as the degree allows
+    # odd numbers of samples: one period of the bandwidth, all, and the least for the degree
     period = 2 * round(1.0 / (2.0 * bandwidth * step)) + 1
     longest = 2 * ((count - 1) // 2) + 1
     shortest = _SAVGOL_DEGREE + 1 + _SAVGOL_DEGREE % 2
@@ -234,6 +234,6 @@ def _savgol(
 
 
 def _interpolated(at: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
-    """Values (N, n) at times (N,), interpolated linearly at other times (K,)."""
+    """Linear interpolation of values (N, n) at times (N,) to other times (K,)."""
     columns = [np.interp(at, time, column) for column in values.T]
     return np.stack(columns, axis=-1)

@@ -1,1 +1,1 @@
-"""What recordings tell: reports, identification, tables."""
+"""Analysis of recordings: reports, identification, tables."""

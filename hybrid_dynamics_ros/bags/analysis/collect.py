@@ -1,4 +1,4 @@
-"""Collecting a recording: samples go through the model, and some are kept with their results."""
+"""Evaluation of a recording by the model, with a part of the samples kept."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from .pressure_efforts import PressureEfforts
 from .recording import COMPUTED, EvaluatedRecording
 from .stamp_intervals import StampIntervals
 
-Span = tuple[float, float]  # from, to [s]
+Span = tuple[float, float]  # (from, to) [s]
 ALL_TIMES: Final[Span] = (0.0, math.inf)
-_BATCH: Final = 4096  # samples that go through the model together
-_MAX_LISTED: Final = 1000  # gaps and refused samples that are kept
+_BATCH: Final = 4096  # samples evaluated at once
+_MAX_LISTED: Final = 1000  # gaps and refused samples that are listed
 
 
 def collect(  # noqa: PLR0913 - the command's options
@@ -50,19 +50,19 @@ def collect(  # noqa: PLR0913 - the command's options
     *,
     span: Span = ALL_TIMES,
 ) -> EvaluatedRecording:
-    """Run a recording through the model and keep about `most` samples, evenly.
+    """Evaluate a recording by the model, and keep about `most` evenly spaced samples.
 
     Args:
         path: the bag.
-        robot: name or file of the robot; None: the one that the bag was made with.
-        topic: where the joint states are; None: see `input_topic`.
-        smooth: one of `job.SMOOTHINGS`; None: that of a processed bag, or the spline.
+        robot: name or file of the robot; None: the robot named in the bag.
+        topic: topic of joint states; None: see `input_topic`.
+        smooth: one of `job.SMOOTHINGS`; None: that of a processed bag, otherwise the spline.
         settings: parameters of the node.
-        most: about how many samples are kept.
-        span: from and to, since the first stamp of the bag [s]. Samples outside are left out.
+        most: approximate number of samples to keep.
+        span: first and last time since the first stamp of the bag [s].
 
     Raises:
-        BagError: there is nothing in it that the model can take, or its robot is not known.
+        BagError: the bag has no usable samples, or its robot is unknown.
     """
     settings = settings or NodeSettings()
     machine = robot_of(path) if robot is None else load(robot)
@@ -95,13 +95,13 @@ def collect(  # noqa: PLR0913 - the command's options
 
 
 def _smoothing(path: Path) -> str:
-    """That which a bag was processed with; of a recording the spline, which has no lag."""
+    """The smoothing of a processed bag; for a recording the spline, which has no lag."""
     smoothing = smoothing_of(path)
     return smoothing if smoothing in SMOOTHINGS else "spline"
 
 
 def _topic_of(source: BagReader, topic: str | None) -> str:
-    """The topic with the joint states; the node's output in a bag without its input."""
+    """The topic of joint states; in a bag without the node's input, the node's output."""
     output = source.topics.get(COMPUTED)
     if topic or output is None or INPUT in source.topics:
         return input_topic(source, topic or None)
@@ -113,7 +113,7 @@ def _topic_of(source: BagReader, topic: str | None) -> str:
 
 
 def _read(source: BagReader, name: str, decoder: Decoder) -> Iterator[Samples]:
-    """The samples of a topic, some at a time."""
+    """The samples of a topic, in batches."""
     with Progress(source.path.name, source.topics[name].message_count or 1) as progress:
         done = 0
         for _, messages in source.read(frozenset([name])):
@@ -125,7 +125,7 @@ def _read(source: BagReader, name: str, decoder: Decoder) -> Iterator[Samples]:
 
 @dataclass(eq=False)
 class _Results:
-    """Copies of some rows of a `BatchResult`, which itself can then be forgotten."""
+    """Copies of some rows of a `BatchResult`, so that the rest can be freed."""
 
     stamp_ns: NDArray[np.int64]
     state: ClosedState
@@ -135,7 +135,7 @@ class _Results:
 
 
 class _Collector:
-    """Evaluates samples, and keeps some of them with their results."""
+    """Evaluates samples, and keeps some with their results."""
 
     def __init__(  # noqa: PLR0913 - as of `collect`
         self,
@@ -148,15 +148,15 @@ class _Collector:
         every: int,
         pressures: PressureEfforts,
     ) -> None:
-        """Nothing is collected yet.
+        """Start without samples.
 
         Args:
-            pipeline: the node's.
-            topic: where the samples are from.
+            pipeline: the node's pipeline.
+            topic: topic of the samples.
             smooth: one of `job.SMOOTHINGS`.
-            span: from and to, since the first stamp of the bag [s].
-            max_gap: between stamps [s].
-            every: one in so many samples is kept.
+            span: first and last time since the first stamp of the bag [s].
+            max_gap: largest gap between stamps [s].
+            every: every n-th sample is kept.
             pressures: of the bag.
         """
         self._pipeline = pipeline
@@ -170,26 +170,26 @@ class _Collector:
         self._every = every
         self._pressures = pressures
         self._is_pressed = np.zeros(len(pipeline.evaluator.robot.active), dtype=bool)
-        self._waiting: list[Samples] = []  # to be smoothed together
+        self._waiting: list[Samples] = []  # for smoothing as a whole
         self._results: list[_Results] = []
         self._errors = ErrorStatistics.empty(len(self._robot.active))
         self._outliers: list[SampleOutlier] = []
         self._gaps: list[tuple[int, int]] = []  # [ns]
-        self._refused: list[tuple[int, str]] = []  # [ns], and why
+        self._refused: list[tuple[int, str]] = []  # ([ns], reason)
         self._intervals: list[NDArray[np.int64]] = []  # [ns]
-        self._start_ns: int | None = None  # the first stamp of the bag
-        self._first_ns: int | None = None  # and of the span
+        self._start_ns: int | None = None  # first stamp of the bag
+        self._first_ns: int | None = None  # first stamp of the span
         self._last_ns: int | None = None
-        self._with_velocity = 0  # samples
+        self._with_velocity = 0  # number of samples
         self._without_velocity = 0
 
     @property
     def has_results(self) -> bool:
-        """Whether the model took any sample."""
+        """Whether any sample was accepted."""
         return bool(self._results)
 
     def add(self, samples: Samples) -> None:
-        """Evaluate samples, or let them wait for those that follow where rates need them."""
+        """Evaluate samples, or keep them until the end if smoothing needs all of them."""
         samples = self._within_span(samples)
         if not len(samples):
             return
@@ -205,7 +205,7 @@ class _Collector:
             self._waiting.append(samples)
 
     def smooth_waiting(self) -> None:
-        """Evaluate the samples that wait, with smoothed rates."""
+        """Evaluate the kept samples with smoothed rates."""
         if not self._waiting:
             return
         samples = Samples.joined(self._waiting)
@@ -216,7 +216,7 @@ class _Collector:
             self._keep(part, self._batches.process(part, estimates.part(rows)))
 
     def why_no_results(self) -> str:
-        """Why the model took no sample."""
+        """Text on why no sample was accepted."""
         where = ""
         if self._span != ALL_TIMES:
             where = f" from {self._span[0]:g} s {_end_text(self._span)} of the bag"
@@ -226,10 +226,10 @@ class _Collector:
         return f"no sample{where} can be used ({summary}){reasons}"
 
     def recording(self, losses: list[str]) -> EvaluatedRecording:
-        """What was collected; there are results.
+        """The evaluated recording; requires results.
 
         Args:
-            losses: what of the bag could not be read.
+            losses: losses of the reader.
         """
         results = self._results
         stamps = np.concatenate([part.stamp_ns for part in results])
@@ -270,7 +270,7 @@ class _Collector:
         )
 
     def _within_span(self, samples: Samples) -> Samples:
-        """The samples of the span; the others are as if they were not in the bag."""
+        """The samples of the span; all others are ignored."""
         usable = samples.usable
         if self._start_ns is None and usable.any():
             self._start_ns = int(samples.stamp_ns[usable][0])
@@ -282,7 +282,7 @@ class _Collector:
         return samples.only(np.flatnonzero((time >= begin) & (time <= end)))
 
     def _register_stamps(self, samples: Samples) -> None:
-        """Take intervals, gaps, and samples that are none."""
+        """Register intervals, gaps and invalid samples."""
         for row, rejection in samples.rejected.items():
             self._refuse(int(samples.log_ns[row]), rejection.code.value)
         stamps = samples.stamp_ns[samples.usable]
@@ -301,7 +301,7 @@ class _Collector:
         self._last_ns = int(stamps[-1])
 
     def _keep(self, samples: Samples, result: BatchResult | None) -> None:
-        """Keep some samples with their results, and the errors of all."""
+        """Keep some samples with their results, and add the errors of all to the statistics."""
         if result is None:
             return
         recorded = self._recorded(samples, result)

@@ -1,4 +1,4 @@
-"""How far recorded and computed efforts are apart, for most samples and for those far off."""
+"""Robust statistics of differences between recorded and computed efforts."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from hybrid_dynamics_core.identification import noise_limit, robust_deviation
 from ...messages.joint_samples import FloatArray
 from .recording import EvaluatedRecording
 
-_ROUNDING: Final = 1e-12  # share of the largest: without noise only rounding is about the median
+_ROUNDING: Final = 1e-12  # share of the largest value that is rounding
 
 
 @dataclass(frozen=True)
 class EffortError:
-    """Recorded less computed efforts of one joint, in the unit of its effort.
+    """Statistics of recorded minus computed efforts of one joint [N m or N].
 
     Attributes:
         joint: its name.
-        median: half of the samples are within it.
-        near: 95 % of the samples are within it.
-        limit: what noise about the median stays within, for all samples of 19 in 20 recordings.
-        far: how many samples are further from the median than the limit.
-        count: how many samples there are.
-        rms: over all samples of the recording. A few that are far off make most of it.
+        median: median of absolute differences.
+        near: 95 % quantile of absolute differences.
+        limit: bound about the median that noise exceeds in one of 20 recordings.
+        far: number of samples further from the median than the limit.
+        count: number of samples.
+        rms: root mean square over all samples of the recording; outliers dominate it.
     """
 
     joint: str
@@ -46,7 +46,7 @@ class EffortError:
 
 
 def effort_errors(recording: EvaluatedRecording) -> list[EffortError]:
-    """The errors of the samples that a recording has, for each active joint with efforts."""
+    """The statistics for each active joint with efforts, from the kept samples."""
     errors = []
     difference = recording.recorded - recording.efforts
     for k, column in enumerate(difference.T):
@@ -61,7 +61,7 @@ def _effort_error(joint: str, values: FloatArray, rms: float) -> EffortError:
     """Statistics of differences (N,)."""
     sizes = np.abs(values)
     median, near = np.percentile(sizes, [50.0, 95.0]).tolist()
-    centred = values - np.median(values)  # an offset of all samples is no reason to count them
+    centred = values - np.median(values)  # a constant offset is no outlier
     limit = noise_limit(len(values)) * float(robust_deviation(centred[:, None])[0])
     is_far = np.abs(centred) > limit + _ROUNDING * sizes.max()
     far = int(is_far.sum())

@@ -1,4 +1,4 @@
-"""Statistics of recorded less computed efforts, over all samples of a recording."""
+"""Statistics of recorded minus computed efforts, over all samples of a recording."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ...messages.joint_samples import FloatArray
 
 @dataclass(eq=False)
 class ErrorStatistics:
-    """Sums over all samples that have both efforts, by active joint (n,) [N m or N].
+    """Sums over all samples with both efforts, by active joint (n,) [N m or N].
 
     Attributes:
-        count: how many samples there are.
-        total: sum of the errors, recorded less computed.
+        count: number of samples.
+        total: sum of the errors, recorded minus computed.
         squares: sum of their squares.
-        largest: size of the largest.
-        largest_ns: stamp of the largest [ns].
+        largest: largest absolute error.
+        largest_ns: stamp of the largest error [ns].
         recorded_total: sum of the recorded efforts.
         recorded_squares: sum of their squares.
     """
@@ -39,7 +39,7 @@ class ErrorStatistics:
         integers = np.zeros(n, dtype=np.int64)
         return ErrorStatistics(integers, zeros, zeros, zeros, integers, zeros, zeros)
 
-    @np.errstate(over="ignore", invalid="ignore")  # of numbers that damage made
+    @np.errstate(over="ignore", invalid="ignore")  # numbers of damaged bags may overflow
     def add(self, recorded: FloatArray, computed: FloatArray, stamp_ns: NDArray[np.int64]) -> None:
         """Add samples.
 

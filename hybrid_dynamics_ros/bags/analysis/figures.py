@@ -25,17 +25,17 @@ from .plotting import (
 from .recording import EvaluatedRecording
 from .stamp_intervals import StampIntervals
 
-_MIN_RESIDUAL: Final = 1e-17  # drawn for a residual of zero, on a logarithmic axis
-_MIN_RESIDUAL_RANGE: Final = 1e-11  # upper end of that axis at least
+_MIN_RESIDUAL: Final = 1e-17  # replaces a residual of zero on the logarithmic axis
+_MIN_RESIDUAL_RANGE: Final = 1e-11  # least upper end of that axis
 _NEAR_SINGULARITY: Final = 0.1
 _RECORDED: Final = "#b4bac2"
-_BINS: Final = 61  # odd: one stands on the usual interval
+_BINS: Final = 61  # odd, so that one bin is centred on the nominal interval
 _DASHED: Final[dict[str, Any]] = {"color": QUIET, "linewidth": 0.8, "linestyle": "--"}
 _MARK: Final[dict[str, Any]] = {"markersize": 16, "markeredgewidth": 1.6}
 
 
 def trajectories(recording: EvaluatedRecording) -> Figure:
-    """Active joints: position and velocity, a row each."""
+    """Position and velocity of each active joint, one row each."""
     robot, state = recording.robot, recording.state
     figure, axes = make_panels(len(robot.active), 2, 1.7)
     sizes = natural_sizes(recording)
@@ -54,7 +54,7 @@ def trajectories(recording: EvaluatedRecording) -> Figure:
 
 
 def efforts(recording: EvaluatedRecording) -> Figure:
-    """Efforts recorded and computed, and their difference."""
+    """Recorded and computed efforts, and their difference."""
     names = recording.robot.active
     has_recorded = bool(np.isfinite(recording.recorded).any())
     columns = 2 if has_recorded else 1
@@ -83,7 +83,7 @@ def efforts(recording: EvaluatedRecording) -> Figure:
 
 
 def _draw_difference(ax: Axes, recording: EvaluatedRecording, k: int, size: float) -> None:
-    """Recorded less computed efforts of a joint, whose efforts are of some size by nature."""
+    """Draw recorded minus computed efforts of a joint; `size` is the natural size of efforts."""
     difference = recording.recorded[:, k] - recording.efforts[:, k]
     draw_line(ax, recording, difference, colour_of(k))
     if not suppress_rounding(ax, size):
@@ -92,7 +92,7 @@ def _draw_difference(ax: Axes, recording: EvaluatedRecording, k: int, size: floa
 
 
 def energy(recording: EvaluatedRecording) -> Figure:
-    """Energy, and the power of the actuators."""
+    """Energy and power of the actuators."""
     figure, axes = make_panels(2, 1, 2.2)
     energy_ax, power_ax = axes[0][0], axes[1][0]
     sizes = natural_sizes(recording)
@@ -117,7 +117,7 @@ def energy(recording: EvaluatedRecording) -> Figure:
 
 
 def closure(recording: EvaluatedRecording) -> Figure:
-    """Residual of the loops, and the distance of each to a singularity."""
+    """Residual of the loops, and distance of each loop to a singularity."""
     figure, axes = make_panels(2, 1, 2.2)
     residual_ax, distance_ax = axes[0][0], axes[1][0]
     state = recording.state
@@ -150,14 +150,14 @@ def margins(recording: EvaluatedRecording) -> Figure:
         low = min(0.0, float(margin.min()))
         high = max(0.0, float(margin.max()))
         room = 0.08 * (high - low) + 1e-9
-        ax.set_ylim(low - room, high + room)  # the line at 0 stands clear of the axis
+        ax.set_ylim(low - room, high + room)  # keeps the line at 0 away from the axis
         suppress_rounding(ax, sizes.position(kind))
         ax.set_ylabel(f"{name} [{coordinate_unit(kind)}]")
     return figure
 
 
 class _Row(NamedTuple):
-    """Times that a row of the figure marks [s], and how many samples they mean."""
+    """A row of marks: times [s], and the number of samples that they stand for."""
 
     label: str
     colour: str
@@ -166,7 +166,7 @@ class _Row(NamedTuple):
 
 
 def sampling(recording: EvaluatedRecording) -> Figure:
-    """Intervals between stamps, and where samples are missing, off or refused."""
+    """Intervals between stamps, and times of missing, outlying or refused samples."""
     stamps = recording.stamps
     faults = (stamps.missing, recording.gaps, recording.outliers, recording.refused)
     if not any(faults):
@@ -181,7 +181,7 @@ def sampling(recording: EvaluatedRecording) -> Figure:
 
 
 def _draw_faults(ax: Axes, recording: EvaluatedRecording) -> None:
-    """Gaps, and samples that are missing, off the motion or refused, over time."""
+    """Draw gaps, and missing, outlying or refused samples, over time."""
     for start, end in recording.gaps:
         first, last = sorted((start, end))
         ax.axvspan(first, last, color=ORANGE, alpha=0.5, linewidth=1.0)
@@ -211,7 +211,7 @@ def _fault_rows(recording: EvaluatedRecording) -> list[_Row]:
 
 
 def _draw_intervals(ax: Axes, stamps: StampIntervals) -> str:
-    """How many intervals are how long; in words, how many are far from the others."""
+    """Draw a histogram of intervals; returns a text on those out of its range."""
     intervals = stamps.intervals * 1e3
     ax.set_xlabel("between stamps [ms]")
     ax.set_ylabel("intervals")
@@ -234,7 +234,7 @@ def _draw_intervals(ax: Axes, stamps: StampIntervals) -> str:
 
 
 def _usual_range(intervals: FloatArray, nominal: float) -> tuple[float, float]:
-    """A range about 99 % of the intervals, with room [ms]."""
+    """A range that contains 99 % of the intervals, with a margin [ms]."""
     low, high = np.percentile(intervals, [0.5, 99.5])
     span = max(high - low, 0.1 * nominal, 1e-6)
     return low - 0.2 * span, high + 0.2 * span

@@ -1,4 +1,4 @@
-"""HTML of a report: one page that needs nothing else, and its tables."""
+"""HTML of a report: a self-contained page, and its tables."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def page(title: str, parts: Sequence[str]) -> str:
 
     Args:
         title: plain text.
-        parts: of its body, HTML.
+        parts: parts of its body, as HTML.
     """
     body = "\n".join(parts)
     return (
@@ -50,7 +50,7 @@ def warning(text: str, entries: Sequence[str]) -> str:
 
 
 def wide(part: str) -> str:
-    """What a narrow screen scrolls sideways by itself, so that the page does not."""
+    """A part that scrolls horizontally by itself on a narrow screen."""
     return f'<div class="wide">{part}</div>'
 
 
@@ -58,7 +58,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table of plain texts.
 
     Args:
-        head: titles of the columns; with titles, columns of numbers stand to the right.
+        head: titles of the columns; if there are any, columns of numbers are right-aligned.
         rows: the cells of each row.
     """
     is_numeric = [False] * len(rows[0])
@@ -83,7 +83,7 @@ def _line(cells: Sequence[str], tag: str, is_numeric: Sequence[bool]) -> str:
 
 
 def digits(value: float) -> str:
-    """A number with four significant digits, and no power of ten where it is large."""
+    """A number with four significant digits; large ones without an exponent."""
     if abs(value) < 1e4:
         return f"{value:.4g}"
     rounded = float(f"{value:.4g}")

@@ -1,4 +1,4 @@
-"""The result of identification from a recording: parameters, their confidence and their worth."""
+"""The result of identification from a recording: parameters, confidence and validation."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from hybrid_dynamics_core.identification import Identification, noise_limit
 
 from ...messages.joint_samples import FloatArray
 
-_ROUNDING: Final = 1e-9  # share of the largest base parameter, up to which one is zero
-# Ratio of residuals, estimates to file. Noise in the estimates alone makes some percent at most.
+_ROUNDING: Final = 1e-9  # share of the largest base parameter up to which one counts as zero
+# Ratio of residuals, estimates to file. Noise of the estimates explains only a few percent.
 _MAX_RESIDUAL_RATIO: Final = 1.1
 _NEGLIGIBLE: Final = 1e-3  # share of the efforts below which a residual does not matter
-_MIN_EFFORT: Final = 0.1  # share of the largest effort that every joint counts with at least
+_MIN_EFFORT: Final = 0.1  # least effort of a joint, as a share of the largest of all
 _TINY: Final = 1e-300
 
 Mask = NDArray[np.bool_]
@@ -25,15 +25,14 @@ Names = tuple[str, ...]
 
 @dataclass(frozen=True)
 class ExcludedSample:
-    """A sample that counts neither for training nor for testing.
+    """A sample that is used neither for training nor for testing.
 
     Attributes:
-        time: since the start of the bag [s].
-        joint: the joint that is furthest off.
-        off: by how much [N m or N]; of a sample outlier [rad or m, or per second].
-        what: whether that is an `effort`, a `position` or a `velocity`.
-        late: by how much later the stamp of a sample outlier is than the motion says [s]; NaN where
-            that is not known.
+        time: time since the start of the bag [s].
+        joint: joint with the largest deviation.
+        off: its deviation [N m or N]; for a sample outlier [rad or m, or per second].
+        what: deviating quantity: `effort`, `position` or `velocity`.
+        late: delay of the stamp of a sample outlier relative to the motion [s]; NaN if unknown.
     """
 
     time: float
@@ -45,19 +44,19 @@ class ExcludedSample:
 
 @dataclass(frozen=True, eq=False)
 class IdentificationResult:
-    """Base parameters from a recording, and how they do on a part of it that is held out.
+    """Base parameters from a recording, validated on a held-out part.
 
     Attributes:
         identification: estimates (b,) with confidence.
-        joints: the active ones whose efforts are recorded, (n,).
-        training_count: how many samples the estimates are from.
-        test_count: how many samples are held out.
-        residual: standard deviation of the held-out efforts less those of the estimates (n,)
-            [N m or N].
+        joints: the n active joints with recorded efforts.
+        training_count: number of training samples.
+        test_count: number of held-out samples.
+        residual: standard deviation of held-out efforts minus those of the estimates (n,) [N m or
+            N].
         file_residual: the same with the parameters of the robot file (n,) [N m or N].
         effort_deviation: standard deviation of the held-out efforts (n,) [N m or N].
-        excluded: samples that count in neither part, in the order of their times.
-        file_values: base parameters as the robot file has them (b,).
+        excluded: samples that are in neither part, in the order of time.
+        file_values: base parameters of the robot file (b,).
     """
 
     identification: Identification
@@ -72,14 +71,14 @@ class IdentificationResult:
 
     @property
     def residual_ratio(self) -> FloatArray:
-        """The residual of the estimates in times of that of the robot file (n,)."""
+        """The residual of the estimates over that of the robot file (n,)."""
         return self.residual / np.maximum(self.file_residual, _TINY)
 
     @property
     def worse_than_file(self) -> Names:
-        """Joints whose held-out efforts the estimates explain worse than the robot file.
+        """Joints whose held-out efforts the estimates explain worse than the robot file does.
 
-        A residual below a thousandth of the efforts does not count.
+        Residuals below a thousandth of the efforts are ignored.
         """
         efforts = np.maximum(self.effort_deviation, _MIN_EFFORT * self.effort_deviation.max())
         limit = np.maximum(_MAX_RESIDUAL_RATIO * self.file_residual, _NEGLIGIBLE * efforts)
@@ -89,7 +88,7 @@ class IdentificationResult:
     def explained(self) -> FloatArray:
         """Share of the variance of the held-out efforts that the estimates explain (n,).
 
-        NaN where the efforts do not vary.
+        NaN if the efforts do not vary.
         """
         varies = self.effort_deviation > 0.0
         unexplained = (self.residual / np.where(varies, self.effort_deviation, 1.0)) ** 2
@@ -104,12 +103,11 @@ class IdentificationResult:
 
     @property
     def determined(self) -> Names:
-        """Base parameters that differ from 0, at 95 % for all of them together.
+        """Base parameters that differ significantly from 0, at 95 % for all together.
 
-        One interval in twenty misses, and where the motion excites too little many miss at once.
-        So the estimate is as far from 0 as the largest of as many Gaussian values hardly ever is.
-        None of them is `unphysical`. Where the estimates are `worse_than_file` none is determined:
-        their intervals hold for a model that does not fit.
+        Single intervals would miss one time in twenty, and many at once if the excitation is poor.
+        So the bound is that of the largest of all estimates. `unphysical` parameters are excluded.
+        If the estimates are `worse_than_file`, none is determined, since the model does not fit.
         """
         if self.worse_than_file:
             return ()
@@ -117,10 +115,10 @@ class IdentificationResult:
 
     @property
     def unphysical(self) -> Names:
-        """Base parameters that would be determined if bodies could have them.
+        """Base parameters that are significant, but that no bodies can have.
 
-        Their noise cannot be white. Where the motion hardly excites a combination, small errors of
-        stamps and accelerations look like it. They know nothing of positive masses.
+        Their noise is not white. If a combination is poorly excited, small errors of stamps and
+        accelerations resemble it, and may lead to negative masses.
         """
         if self.worse_than_file:
             return ()
@@ -133,7 +131,7 @@ class IdentificationResult:
 
     @property
     def physical(self) -> FloatArray:
-        """Base parameters of bodies with positive masses, nearest to the efforts (b,)."""
+        """Base parameters (b,) of bodies with positive masses that fit the efforts best."""
         return np.asarray(self.identification.base.values(self.identification.values))
 
     @property
@@ -147,7 +145,7 @@ class IdentificationResult:
 
     @property
     def _tolerance(self) -> FloatArray:
-        """How far the estimates may be off, at 95 % for all of them together (b,)."""
+        """Tolerance of the estimates (b,), at 95 % for all together."""
         limit = noise_limit(len(self.identification.estimate))
         return np.asarray(limit * self.identification.deviation)
 

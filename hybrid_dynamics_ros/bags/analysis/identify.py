@@ -1,4 +1,4 @@
-"""Identification of parameters from a recording, whose last part is held out for testing."""
+"""Identification of parameters from a recording, with the last part held out for testing."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from .identification_result import ExcludedSample, IdentificationResult
 from .recording import EvaluatedRecording
 
 _MIN_SAMPLES: Final = 10
-_MARGIN: Final = 0.02  # share of the samples before the held-out part that is used by neither
-_MOST: Final = 0.5  # share of the samples with efforts, of which a measured joint has more
+_MARGIN: Final = 0.02  # share of the samples before the held-out part that neither part uses
+_MOST: Final = 0.5  # least share of samples with efforts that makes a joint count as measured
 _TINY: Final = 1e-300
 
 Rows = NDArray[np.intp]
@@ -44,11 +44,11 @@ def requested_parameters(
 
     Args:
         robot: the robot.
-        links: names of links; none: all that have mass.
+        links: names of links; empty: all links with mass.
         friction: names of joints.
 
     Raises:
-        InputError: the robot has no such link that moves, or no such joint.
+        InputError: a name is no moving link or no joint.
     """
     description = robot.description
     moving = [name for name in description.links if name != description.base]
@@ -75,11 +75,11 @@ def identify_recording(
     Args:
         recording: a recording with efforts.
         parameters: see `requested_parameters`; None: inertias of all links with mass.
-        hold_out: share of the samples.
+        hold_out: share of held-out samples.
 
     Raises:
         BagError: there are no recorded efforts.
-        InputError: the motion does not show the parameters.
+        InputError: the motion does not determine the parameters.
     """
     robot = recording.robot
     columns = _measured_columns(recording)
@@ -128,7 +128,7 @@ def identify_recording(
 
 
 def _measured_columns(recording: EvaluatedRecording) -> list[int]:
-    """Places of the active joints with efforts in most samples that have any; all without any."""
+    """Indices of active joints with efforts in most samples; all if no sample has any."""
     counts = np.isfinite(recording.recorded).sum(axis=0)
     columns = np.flatnonzero(counts > _MOST * counts.max(initial=0))
     if not len(columns):
@@ -137,7 +137,7 @@ def _measured_columns(recording: EvaluatedRecording) -> list[int]:
 
 
 def _usable_rows(recording: EvaluatedRecording, columns: Sequence[int]) -> Rows:
-    """Samples with efforts of some joints and accelerations. Raises BagError without any."""
+    """Samples with accelerations and efforts of some joints; raises BagError if there are none."""
     has_efforts = np.isfinite(recording.recorded[:, columns]).all(axis=1)
     has_accelerations = np.isfinite(recording.acceleration).all(axis=1)
     rows = np.flatnonzero(has_efforts & has_accelerations)
@@ -159,14 +159,14 @@ def _usable_rows(recording: EvaluatedRecording, columns: Sequence[int]) -> Rows:
 
 
 def _split(rows: Rows, hold_out: float) -> tuple[Rows, Rows]:
-    """Rows for training and, after a margin, those that are held out."""
+    """Rows for training and, after a margin, held-out rows."""
     cut = round(len(rows) * (1.0 - hold_out))
     margin = round(_MARGIN * len(rows))
     return rows[: max(cut - margin, 1)], rows[cut:]
 
 
 def _residual(robot: Robot, recording: EvaluatedRecording, rows: Rows, loads: Loads) -> FloatArray:
-    """Recorded efforts of some rows less those of a robot (k, n) [N m or N]."""
+    """Recorded efforts of some rows minus those of a robot (k, n) [N m or N]."""
     state = robot.close(recording.state.u[rows], recording.state.du[rows])
     computed = robot.inverse_dynamics(state, recording.acceleration[rows], loads)
     residual: FloatArray = recording.recorded[rows] - computed
@@ -176,9 +176,9 @@ def _residual(robot: Robot, recording: EvaluatedRecording, rows: Rows, loads: Lo
 def _is_unexplained(
     residual: FloatArray, file_residual: FloatArray, efforts: FloatArray
 ) -> NDArray[np.bool_]:
-    """Samples (N,) whose efforts neither the estimates nor the robot file explain.
+    """Mask (N,) of samples whose efforts neither the estimates nor the robot file explain.
 
-    The better one of both counts: what a wrong model leaves everywhere is no fault of a sample.
+    The smaller residual counts, so that a systematic error of one model excludes no sample.
 
     Args:
         residual: recorded efforts less those of the estimates (N, n) [N m or N].
@@ -195,7 +195,7 @@ def _is_unexplained(
 
 
 def _excluded_outliers(recording: EvaluatedRecording) -> list[ExcludedSample]:
-    """The samples that do not fit the motion around them."""
+    """The outliers of the motion."""
     excluded = []
     for outlier in recording.outliers:
         what = "velocity" if outlier.rate else "position"
@@ -212,13 +212,13 @@ def _excluded_efforts(
     residual: FloatArray,
     noise: FloatArray,
 ) -> list[ExcludedSample]:
-    """Samples whose efforts noise does not explain.
+    """Samples with outlying efforts.
 
     Args:
-        recording: where they are from.
-        joints: those with efforts.
-        rows: of the samples (k,).
-        residual: of their efforts (k, n) [N m or N].
+        recording: the recording.
+        joints: joints with efforts.
+        rows: rows of the samples (k,).
+        residual: residuals of their efforts (k, n) [N m or N].
         noise: standard deviation of each joint's effort (n,) [N m or N].
     """
     excluded = []

@@ -1,4 +1,4 @@
-"""Panels and lines of a report's figures, and the figures as SVG."""
+"""Panels and lines of a report's figures, and conversion to SVG."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _WIDTH: Final = 10.5  # [inch]
 _TITLE_HEIGHT: Final = 0.5  # [inch]
 _GRID: Final = "#e6e6e6"
 _THOUSANDS: Final = "{x:,.10g}"
-_MAX_POINTS: Final = 2500  # of a line: more cannot be seen, and make the page heavy
+_MAX_POINTS: Final = 2500  # per line: more are not visible, and would enlarge the page
 _SVG_OPTIONS: Final[dict[Any, Any]] = {"svg.fonttype": "path", "path.simplify_threshold": 0.3}
 _BEYOND: Final[dict[str, Any]] = {
     "color": "black",
@@ -46,8 +46,8 @@ _NOTE: Final[dict[str, Any]] = {
     "bbox": _BOX,
     "zorder": 6,
 }
-_MIDDLE: Final = (1.0, 99.0)  # [%] of values, beyond whose range an axis reaches once the range
-_BELOW: Final = 6  # Matplotlib's markers at the edges
+_MIDDLE: Final = (1.0, 99.0)  # [%] quantiles; an axis reaches beyond them by the range between them
+_BELOW: Final = 6  # Matplotlib's marker at the lower edge
 _ABOVE: Final = 7
 
 Draw = Callable[[EvaluatedRecording], Figure]
@@ -59,7 +59,7 @@ def colour_of(number: int) -> str:
 
 
 def natural_sizes(recording: EvaluatedRecording) -> Sizes:
-    """How large the quantities of the motion are by nature."""
+    """Natural sizes of the quantities of the motion."""
     return sizes_of(recording.robot, float(np.ptp(recording.time)))
 
 
@@ -67,9 +67,9 @@ def make_panels(rows: int, columns: int, height: float) -> tuple[Figure, list[li
     """A figure of panels over time.
 
     Args:
-        rows: of panels.
-        columns: of panels.
-        height: of a row [inch].
+        rows: rows of panels.
+        columns: columns of panels.
+        height: height of a row [inch].
     """
     size = (_WIDTH, _TITLE_HEIGHT + height * rows)
     figure = Figure(figsize=size, layout="constrained")
@@ -104,14 +104,14 @@ def draw_line(
 
 
 def clip_outliers(ax: Axes, recording: EvaluatedRecording, *parts: FloatArray) -> None:
-    """Keep a few wild values from flattening all others: they are marked at the edge, and counted.
+    """Limit the axis so that a few outliers do not flatten the curve; mark and count them.
 
-    The axis reaches once the range of the middle 98 % beyond it. That is seven deviations of
-    Gaussian noise, and every wave.
+    The axis covers the middle 98 % of values, and its range again on both sides. That includes
+    seven standard deviations of Gaussian noise.
 
     Args:
         ax: the axes.
-        recording: whose times these are.
+        recording: the recording.
         parts: lines on the axes (N,).
     """
     values = np.concatenate([part[np.isfinite(part)] for part in parts])
@@ -145,13 +145,13 @@ def _mark(ax: Axes, times: FloatArray, height: float, marker: int) -> None:
 
 
 def widen(low: float, high: float) -> tuple[float, float]:
-    """A range with some room, so that marks at its ends can be seen."""
+    """A range with a margin, so that marks at its ends are visible."""
     room = max(0.02 * (high - low), 1e-3)
     return low - room, high + room
 
 
 def _thin_out(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The least and the largest value of each stretch: peaks stay."""
+    """The least and the largest value of each stretch, which keeps peaks."""
     size = -(-len(time) // (_MAX_POINTS // 2))
     if size <= 2:
         return time, values
@@ -171,8 +171,8 @@ def svg_of(draw: Draw, recording: EvaluatedRecording, name: str) -> str:
 
     Args:
         draw: draws the figure.
-        recording: what is drawn.
-        name: keeps the ids of this figure apart from those of others.
+        recording: the recording.
+        name: prefix of ids, unique on the page.
     """
     with mpl.rc_context({**STYLE, **_SVG_OPTIONS, "svg.hashsalt": name}):
         figure = draw(recording)

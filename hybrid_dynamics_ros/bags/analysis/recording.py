@@ -1,4 +1,4 @@
-"""A recording and what the model says about it, as arrays, for reports and identification."""
+"""A recording with results of the model, as arrays, for reports and identification."""
 
 from __future__ import annotations
 
@@ -19,39 +19,39 @@ from ..sample_outliers import SampleOutlier
 from .error_statistics import ErrorStatistics
 from .stamp_intervals import StampIntervals
 
-COMPUTED: Final = f"{NODE}/joint_states"  # the node's output: its efforts are the model's
+COMPUTED: Final = f"{NODE}/joint_states"  # the node's output, whose efforts are computed
 _SMOOTHERS: Final = {"spline": "a spline", "savgol": "a Savitzky-Golay filter"}
 
 
 @dataclass(eq=False)
 class EvaluatedRecording:
-    """Some samples of a recording with what the model says, in order.
+    """Some samples of a recording with results of the model, in order.
 
     Attributes:
-        robot: the robot that it was computed with.
-        loads: the loads that it was computed with.
-        topic: where the samples are from.
+        robot: the robot of the computation.
+        loads: the loads of the computation.
+        topic: topic of the samples.
         start_ns: stamp of the bag's first sample [ns].
-        time: (N,) [s] since then.
-        state: closed, a batch of N.
-        acceleration: (N, n) of the active joints [rad/s^2 or m/s^2]; NaN where it is not known.
-        efforts: (N, n) of the active joints [N m or N]; NaN where they are not known.
-        recorded: recorded efforts (N, n) [N m or N]; NaN where there are none.
-        every: one in so many samples is here.
-        counts: what happened to the samples.
-        gaps: (from, to) [s] where stamps go back, or are further apart than the largest gap.
-        refused: (time [s], why) of samples that were refused.
-        outliers: samples that do not fit the motion around them, and have no acceleration. The
-            causal filter leaves none out.
-        measured: joints of the bag's samples: the active ones, or those of the node's parameter.
-        max_gap: the largest gap [s], a parameter of the node.
-        stamps: intervals between all stamps.
-        errors: recorded less computed efforts over all samples.
-        losses: what could not be read.
+        time: (N,) time since then [s].
+        state: closed states, a batch of N.
+        acceleration: (N, n) accelerations of the active joints [rad/s^2 or m/s^2]; NaN if unknown.
+        efforts: (N, n) computed efforts of the active joints [N m or N]; NaN if unknown.
+        recorded: (N, n) recorded efforts [N m or N]; NaN if missing.
+        every: every n-th sample was kept.
+        counts: numbers of accepted and refused samples.
+        gaps: (from, to) [s] of gaps, and of stamps that go back.
+        refused: (time [s], reason) of refused samples.
+        outliers: samples that do not fit the motion around them, and have no acceleration; empty
+            for the causal filter.
+        measured: joints of the samples: the active ones, or those of the node's parameter.
+        max_gap: largest gap [s], a parameter of the node.
+        stamps: intervals between the stamps of all samples.
+        errors: statistics of recorded minus computed efforts over all samples.
+        losses: parts of the bag that could not be read.
         pressure_topic: with pressures of the cylinders; empty where there is none.
         pressed: active joints whose recorded efforts are those that pressures measure.
-        smooth: how accelerations were found, one of `job.SMOOTHINGS`.
-        causal_lag: how late they are where they come from the node's filter [s].
+        smooth: estimator of accelerations, one of `job.SMOOTHINGS`.
+        causal_lag: lag of the node's filter [s].
     """
 
     robot: Robot
@@ -80,19 +80,19 @@ class EvaluatedRecording:
 
     @property
     def is_causal(self) -> bool:
-        """Whether accelerations come from the node's filter, which takes every sample."""
+        """Whether accelerations come from the node's filter."""
         return self.smooth == CAUSAL
 
     @property
     def smoother(self) -> str:
-        """What accelerations without lag are from, in words."""
+        """Text for an estimator of accelerations without lag."""
         return _SMOOTHERS[self.smooth]
 
     @property
     def is_computed(self) -> bool:
-        """Whether a processed bag has the samples in place of a recording.
+        """Whether the samples are the output of a processed bag.
 
-        Their efforts are the model's then.
+        Their efforts then are computed.
         """
         return self.topic == COMPUTED
 
@@ -105,20 +105,20 @@ class EvaluatedRecording:
 
     @property
     def power(self) -> FloatArray:
-        """Power of the actuators, positive into the robot (N,) [W]."""
+        """Power of the actuators (N,) [W], positive into the robot."""
         total: FloatArray = (self.efforts * self.state.du).sum(axis=1)
         return total
 
     @cached_property
     def energy(self) -> tuple[FloatArray, FloatArray]:
-        """Energy of motion, and of gravity and springs (N,) [J]."""
+        """Kinetic energy, and energy of gravity and springs, (N,) [J] each."""
         energy = self.robot.energy(self.state, self.loads)
         potential = np.asarray(energy.potential) + np.asarray(energy.springs)
         return np.asarray(energy.kinetic), potential
 
     @cached_property
     def margins(self) -> tuple[tuple[str, ...], FloatArray]:
-        """Joints with a stroke that ends, and their margins to the nearer end (N, k) [rad or m]."""
+        """Joints with limits, and their margins to the nearer limit (N, k) [rad or m]."""
         strokes = StrokeMargins(self.robot)
         lower, upper = strokes.margins(self.state.s)
         return strokes.joints, np.minimum(lower, upper)

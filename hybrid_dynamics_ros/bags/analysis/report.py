@@ -1,4 +1,4 @@
-"""A recording on one page: HTML that needs nothing else."""
+"""A report on a recording, as self-contained HTML."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ _SAMPLES: Final = _Section(
 
 
 def report(recording: EvaluatedRecording, title: str) -> str:
-    """The page about a recording.
+    """The HTML of the report.
 
     Args:
-        recording: what it is about.
+        recording: the recording.
         title: plain text.
     """
     parts = [f"<h1>{html.escape(title)}</h1>", quiet(_subtitle(recording))]
@@ -78,14 +78,14 @@ def report(recording: EvaluatedRecording, title: str) -> str:
 
 
 def write_report(recording: EvaluatedRecording, title: str, path: Path) -> None:
-    """Write the page; it appears when it is complete."""
+    """Write the report; the file appears only when it is complete."""
     aside = path.with_name(f".{path.name}.part")
     aside.write_text(report(recording, title), encoding="utf-8")
     aside.replace(path)
 
 
 def _sections(recording: EvaluatedRecording) -> list[_Section]:
-    """The sections that a recording gives."""
+    """The sections for a recording."""
     joints, _ = recording.margins
     text = _EFFORTS if _has_errors(recording) else _COMPUTED_ONLY
     sections = [_TRAJECTORIES, _Section("Efforts", text, efforts), _ENERGY, _LOOPS]
@@ -126,7 +126,7 @@ def _subtitle(recording: EvaluatedRecording) -> str:
 
 
 def accelerations_of(recording: EvaluatedRecording) -> str:
-    """Which estimate of the accelerations the computed efforts are from, and how late it is."""
+    """Text on the estimator of accelerations, and its lag."""
     late = f"{1e3 * recording.causal_lag:.1f} ms"
     if recording.is_causal and not recording.causal_lag:
         return (

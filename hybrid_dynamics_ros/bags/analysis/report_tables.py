@@ -40,7 +40,7 @@ _Row = tuple[str, str]  # name and value of a fact
 
 
 def facts_table(recording: EvaluatedRecording) -> str:
-    """What there is to say of a recording in numbers."""
+    """The table of facts and numbers of a recording."""
     rows: list[_Row] = [
         ("samples", recording.counts.summary()),
         ("stamps", _stamps(recording)),
@@ -119,7 +119,7 @@ def _least_margin(
 
 
 def outliers_table(recording: EvaluatedRecording) -> str:
-    """The samples that do not fit the motion around them; there are some."""
+    """The table of outliers; requires some."""
     listed = recording.outliers[:_MAX_LISTED]
     rows = [_outlier_row(recording, outlier) for outlier in listed]
     text = (
@@ -144,7 +144,7 @@ def _outlier_row(recording: EvaluatedRecording, outlier: SampleOutlier) -> list[
 
 
 def errors_table(recording: EvaluatedRecording) -> str:
-    """Recorded less computed efforts of each joint that has both."""
+    """The table of recorded minus computed efforts, for joints with both."""
     rows = [_error_row(recording, error) for error in effort_errors(recording)]
     return table(_ERROR_HEAD, rows) + quiet(_ERROR_NOTE)
 
@@ -171,7 +171,7 @@ def _error_row(recording: EvaluatedRecording, error: EffortError) -> list[str]:
 
 
 def refused_table(recording: EvaluatedRecording) -> str:
-    """The samples that were refused, by reason; there are some."""
+    """The table of refused samples, by reason; requires some."""
     times_by_reason: dict[str, list[float]] = {}
     for time, why in recording.refused:
         times_by_reason.setdefault(why, []).append(time)

@@ -1,4 +1,4 @@
-"""How regular the stamps of a recording are."""
+"""Regularity of the stamps of a recording."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 
 from ...messages.joint_samples import FloatArray
 
-_LONG: Final = 1.5  # nominal intervals, beyond which at least one sample is missing
+_LONG: Final = 1.5  # [nominal intervals] above this, at least one sample is missing
 
 
 class LongInterval(NamedTuple):
-    """An interval that misses samples.
+    """An interval with missing samples.
 
     Attributes:
-        begin: time at which it begins [s].
+        begin: its start [s].
         length: [s].
-        missing: how many samples are missing.
+        missing: number of missing samples.
     """
 
     begin: float
@@ -41,13 +41,13 @@ class StampIntervals:
 
     @cached_property
     def nominal(self) -> float:
-        """The median of the rising intervals [s]; 0 where there are none."""
+        """The median of positive intervals [s]; 0 if there are none."""
         rising = self.intervals[self.intervals > 0.0]
         return float(np.median(rising)) if len(rising) else 0.0
 
     @property
     def longest(self) -> tuple[float, float]:
-        """The longest interval, and the time at which it begins [s]."""
+        """The longest interval, and its start [s]."""
         if not len(self.intervals):
             return 0.0, self.first
         row = int(np.argmax(self.intervals))
@@ -55,10 +55,10 @@ class StampIntervals:
 
     @cached_property
     def missing(self) -> list[LongInterval]:
-        """Intervals that miss samples.
+        """Intervals with missing samples.
 
-        Such an interval is longer than 1.5 nominal ones, without what its neighbours make up for.
-        A stamp that is late is followed by a short interval: no sample is missing there.
+        Such an interval is longer than 1.5 nominal ones, after subtracting what its neighbours are
+        short. Only a late stamp is followed by a short interval, and no sample is missing.
         """
         nominal = self.nominal
         if not nominal:
@@ -72,7 +72,7 @@ class StampIntervals:
 
     @property
     def missing_count(self) -> int:
-        """How many samples are missing."""
+        """Number of missing samples."""
         return sum(interval.missing for interval in self.missing)
 
     def _long_interval(self, row: int) -> LongInterval:
@@ -82,5 +82,5 @@ class StampIntervals:
 
     @cached_property
     def _begins(self) -> FloatArray:
-        """When each interval begins (k,) [s]."""
+        """Start of each interval (k,) [s]."""
         return self.first + np.cumsum(self.intervals) - self.intervals

@@ -1,4 +1,4 @@
-"""Topics of a bag as tables: a row for each message, a column for each number."""
+"""Export of topics to tables: a row for each message, a column for each number."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ..storage.bag_reader import BagReader
 from .topic_types import Decode, UnknownTypeError, decoder_of
 
 FORMATS: Final = ("csv", "parquet", "npz")
-# Fields that name the entries of others.
+# Fields with names for the entries of other fields.
 _NAME_FIELDS: Final[tuple[str, ...]] = ("name", "loops", "pins", "stroke_joints", "joint_names")
-_STROKE_FIELDS: Final = ("to_lower", "to_upper")  # whose entries `stroke_joints` names
+_STROKE_FIELDS: Final = ("to_lower", "to_upper")  # their entries are named by `stroke_joints`
 _UPDATE: Final = 256  # messages between two updates of the progress
 _LOG_TIME: Final = "log_ns"
 
@@ -29,9 +29,9 @@ Columns = dict[str, list[Any]]
 
 
 def flatten(message: Any) -> dict[str, Any]:
-    """Numbers and texts of a message by path.
+    """Flatten a message to numbers and texts by path.
 
-    Entries of arrays have the names that the message gives them. A stamp becomes its nanoseconds.
+    Entries of arrays have the names that the message gives them. Stamps become nanoseconds.
     """
     return dict(_flatten(message, "", ()))
 
@@ -41,8 +41,8 @@ def _flatten(value: Any, path: str, names: tuple[str, ...]) -> Iterator[tuple[st
 
     Args:
         value: a part of a message.
-        path: of the part.
-        names: of its entries, where it is an array.
+        path: path of the part.
+        names: names of its entries, if it is an array.
     """
     if hasattr(value, "nanosec"):
         yield f"{path}_ns", int(value.sec) * NS + int(value.nanosec)
@@ -68,7 +68,7 @@ def _flatten_fields(message: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _entry_names(parts: Mapping[str, Any], name: str) -> tuple[str, ...]:
-    """What a message itself calls the entries of one of its fields."""
+    """Names in a message for the entries of one of its fields."""
     size = _size(parts[name])
     candidates = _NAME_FIELDS
     if name in _STROKE_FIELDS:
@@ -84,7 +84,7 @@ def _size(value: Any) -> int:
 
 
 def table_file(folder: Path, topic: str, kind: str) -> Path:
-    """Where the table of a topic is."""
+    """Path of the table of a topic."""
     return folder / f"{topic.strip('/').replace('/', '.')}.{kind}"
 
 
@@ -97,15 +97,15 @@ def export(
         path: the bag.
         target: the folder.
         kind: one of `FORMATS`.
-        topics: names of the topics; none: all.
-        overwrite: whether files of the same names are replaced. All else in the folder stays.
+        topics: names of the topics; empty: all.
+        overwrite: whether files of the same names are replaced. Other files stay.
 
     Returns:
-        How many messages each topic has, and what could not be read.
+        Number of messages by topic, and texts on parts that could not be read.
 
     Raises:
-        BagCallError: a topic is not there, or the folder is not empty.
-        BagError: the format needs what is not installed.
+        BagCallError: a topic is missing, or the folder is not empty.
+        BagError: the format needs a package that is not installed.
     """
     _require_folder(target, overwrite=overwrite)
     with BagReader(path) as source:
@@ -121,7 +121,7 @@ def export(
 
 
 def _require_folder(target: Path, *, overwrite: bool) -> None:
-    """Refuse a target that tables cannot go into. Raises BagCallError."""
+    """Check that tables can be written to a folder; raises BagCallError."""
     if target.exists() and not target.is_dir():
         raise BagCallError(f"{target}: is a file; name a folder")
     if not overwrite and target.is_dir() and any(target.iterdir()):
@@ -132,7 +132,7 @@ def _require_folder(target: Path, *, overwrite: bool) -> None:
 
 
 def _exported_topics(source: BagReader, names: tuple[str, ...]) -> dict[str, Decode]:
-    """What decodes the topics that are wanted and can be decoded. Raises BagCallError."""
+    """Decoders of the requested topics that can be decoded; raises BagCallError."""
     for name in names:
         if name not in source.topics:
             hint = suggestion(name, source.topics)
@@ -178,7 +178,7 @@ def _tables(source: BagReader, topics: Mapping[str, Decode]) -> dict[str, Column
 
 
 def _append(columns: Columns, values: Mapping[str, Any]) -> None:
-    """Append a row; None where it has no value."""
+    """Append a row; missing values are None."""
     count = len(columns[_LOG_TIME])
     for name, value in values.items():
         columns.setdefault(name, [None] * count).append(value)
@@ -201,7 +201,7 @@ def _write_npz(path: Path, columns: Columns) -> None:
 
 
 def _array_of(values: list[Any]) -> Any:
-    """A column as an array; an empty text or NaN where there is no value."""
+    """A column as an array; missing values are an empty text or NaN."""
     if any(isinstance(value, str) for value in values):
         return np.array(["" if value is None else str(value) for value in values])
     if all(isinstance(value, int) for value in values):

@@ -1,4 +1,4 @@
-"""How the messages of a topic are decoded: by the definition in the bag, or by the known type."""
+"""Decoders of messages, by the definition in the bag or by a known type."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ class UnknownTypeError(Exception):
 
 
 def decoder_of(topic: Topic) -> tuple[Decode, str]:
-    """What decodes the messages of a topic.
+    """The decoder of a topic's messages.
 
-    The definition in the bag comes first, as the messages were written with it.
+    The definition in the bag is preferred, since the messages were written with it.
 
     Returns:
-        The decoder, and what is wrong with the definition; an empty text if nothing is.
+        The decoder, and the problem of the definition in the bag; empty if there is none.
 
     Raises:
-        UnknownTypeError: the encoding is not CDR, or the type is neither known nor defined.
+        UnknownTypeError: the encoding is not CDR, or the type is neither known nor defined in the
+            bag.
     """
     if topic.encoding != CDR:
         raise UnknownTypeError(
@@ -60,7 +61,7 @@ def decoder_of(topic: Topic) -> tuple[Decode, str]:
 
 
 def _defined(topic: Topic) -> Typestore | None:
-    """The known types with those that the bag defines for a topic; None where it defines none.
+    """Known types, extended by those that the bag defines for a topic; None if it defines none.
 
     Raises:
         ValueError: the hash of the definition is not the one in the bag.
@@ -75,7 +76,7 @@ def _defined(topic: Topic) -> Typestore | None:
         return None
     store = Typestore()
     base = typestore()
-    # The bag's types replace the known ones of the same name: a store refuses a second definition.
+    # The bag's types replace known types of the same name, since a store refuses duplicates.
     for name in base.fielddefs.keys() - types:
         store.fielddefs[name] = base.fielddefs[name]
     for name in base.types.keys() - types:
