@@ -164,17 +164,22 @@ def difference(robot: Any, model: Any, seed: int) -> float:
     still = robot.close(state.u)
     data.qvel[:] = 0.0
     mujoco.mj_forward(model, data)
-    weight = to_u.T @ (data.qfrc_bias - data.qfrc_passive)
+    weight = to_u.T @ (data.qfrc_bias - passive(data))
     held = robot.inverse_dynamics(still, np.zeros(len(state.u)))
     differences.append(relative(held, weight))
     if compared.is_plain:
         data.qvel[:] = compared.rates @ state.ds
         mujoco.mj_forward(model, data)
         acceleration = compared.rates @ robot.accelerations(state, np.ones(len(state.u)))
-        forces = mass @ acceleration + data.qfrc_bias - data.qfrc_passive
+        forces = mass @ acceleration + data.qfrc_bias - passive(data)
         efforts = robot.inverse_dynamics(state, np.ones(len(state.u)))
         differences.append(relative(efforts, to_u.T @ forces))
     return max(differences)
+
+
+def passive(data: Any) -> Any:
+    """Passive forces without the drag of a fluid, which is left out here, with a note."""
+    return data.qfrc_passive - data.qfrc_fluid
 
 
 def closed_state(robot: Any, seed: int) -> Any:
@@ -203,7 +208,8 @@ class Compared:
         self.rates = np.zeros((model.nv, len(state.s)))
         self.is_plain = True
         mujoco.mj_resetData(model, data)
-        for number in range(model.njnt):
+        self.names = joint_names(model)
+        for number in self.names:
             self.place(model, data, number)
         for number in range(model.neq):
             held = model.eq_type[number] == mujoco.mjtEq.mjEQ_JOINT
@@ -217,7 +223,7 @@ class Compared:
     def place(self, model: Any, data: Any, number: int) -> None:
         """Set the coordinates of one joint, and the map from rates to velocities."""
         joint = model.joint(number)
-        name = joint.name or f"joint{number}"
+        name = self.names[number]
         first, dof = joint.qposadr[0], joint.dofadr[0]
         if joint.type[0] > 1:
             if name in self.columns:
@@ -239,6 +245,17 @@ class Compared:
         data.qpos[first : first + 4] = quaternion(start @ self.poses[name].rotation)
         axes = np.column_stack([z.T @ y.T @ [1.0, 0, 0], z.T @ [0, 1.0, 0], [0, 0, 1.0]])
         self.rates[dof : dof + 3, columns] = axes
+
+
+def joint_names(model: Any) -> dict[int, str]:
+    """Names of joints by number, without those of flexes, which are left out here."""
+    flexible = {*model.flex_vertbodyid.tolist(), *model.flex_nodebodyid.tolist()}
+    names: dict[int, str] = {}
+    for number in range(model.njnt):
+        joint = model.joint(number)
+        if joint.bodyid[0] not in flexible:
+            names[number] = joint.name or f"joint{len(names)}"
+    return names
 
 
 def about(axis: int, angle: float) -> Any:

@@ -173,25 +173,19 @@ COMPILER, OPTION, BOB, MOTOR = (
 )
 # What is no robot of rigid bodies: (what stands there, what is put in its place, words)
 CHANGED = {
-    "water": (
-        OPTION,
-        f'{OPTION[:-2]} density="1000"/>',
-        "density of <option> is 1000: forces of a fluid are not covered",
-    ),
-    "honey": (OPTION, f'{OPTION[:-2]} viscosity="5"/>', "viscosity of <option> is 5"),
     "unknown": (
         OPTION,
         f'{OPTION[:-2]} buoyancy="1"/>',
         "option: buoyancy of <option> is not covered; it may change the robot",
     ),
     "led by hand": (BOB, f'{BOB} mocap="true"', "mocap body 'bob' is not a fixed child of world"),
-    "springy cable": (
+    "slack cable": (
         "  <actuator>",
         (
-            '  <tendon><fixed name="t" stiffness="3"><joint joint="q" coef="1"/></fixed></tendon>'
-            "\n  <actuator>"
+            '  <tendon><fixed name="t" stiffness="3" springlength="0 1"><joint joint="q" coef="1"/>'
+            "</fixed></tendon>\n  <actuator>"
         ),
-        "fixed.t: stiffness is 3: a tendon that pulls by itself is not covered",
+        "fixed.t: springlength is 0 to 1, between which the spring is slack",
     ),
 }
 

@@ -233,7 +233,6 @@ REFUSED = {
     ),
     "a polynomial": (model(joint='damping="1 2"'), 4),
     "a spring that yields": (model(joint='stiffness="1" springyield="1"'), 4),
-    "cables": (model("<flexcomp/>"), 5),
     "a cable that is held": (
         model(
             tail='\n<tendon><spatial name="t"><site site="s"/><site site="w"/></spatial></tendon>'
@@ -242,7 +241,6 @@ REFUSED = {
         7,
     ),
     "a size beyond all": (model('<geom type="box" size="1e200 1 1e200"/>'), 4),
-    "another model": (model('<attach model="m" body="b" prefix="p"/>'), 5),
 }
 
 

@@ -121,6 +121,12 @@ class BodyReader:
         site = self.content.sites[number]
         return Place(self.names.bodies[site.body], pose_of(site.pos, site.quat))
 
+    def carrier(self, number: int) -> int:
+        """The body on joints that carries another one; 0 for the world."""
+        while number and not self.content.bodies[number].joints:
+            number = self.content.bodies[number].parent
+        return number
+
     def single_joints(self) -> dict[int, str]:
         """Names of hinges and slides by number."""
         single: dict[int, str] = {}

@@ -28,17 +28,11 @@ class ClosureReader:
         self.tied_sites: set[int] = set()
 
     def add(self, equality: Equality) -> None:
-        """Add a closure.
-
-        Raises:
-            DescriptionError: both ends are on one body.
-        """
-        if self._is_led_by_hand(equality):
+        """Add a closure."""
+        if self._is_led_by_hand(equality) or self._is_on_one_body(equality):
             return
         ends = self._ends(equality)
         between: Data = {end.link: pose_entry(end.pose) for end in ends}
-        if len(between) < len(ends):
-            raise self.error(equality, "ties two places of one body")
         closures = self.xml.document.section("closures")
         name = equality.name
         number = len(closures) + 1
@@ -58,6 +52,15 @@ class ClosureReader:
                 self.xml.note(element, text)
                 return True
         return False
+
+    def _is_on_one_body(self, equality: Equality) -> bool:
+        """Whether nothing moves between the ends of a constraint."""
+        one, other = map(self.bodies.carrier, self._body_numbers(equality))
+        if one != other:
+            return False
+        text = f"<{equality.kind}> is left out: nothing moves between its ends"
+        self.xml.note(self.model.element(equality.line), text)
+        return True
 
     def _body_numbers(self, equality: Equality) -> list[int]:
         if not equality.is_between_sites:

@@ -44,6 +44,7 @@ class CouplingReader:
         for number, name in self.names.items():
             self.refs[name] = model.content.joints[number].drawn
         self.couplings: list[_Coupling] = []
+        self.held: dict[str, float] = {}  # coordinates of joints that are held
 
     def read(self, equality: Equality) -> None:
         """Read one coupling: a polynomial between displacements from the drawn configuration.
@@ -132,6 +133,7 @@ class CouplingReader:
         rotation = rotation_from_rpy(*drawn["rpy"])
         origin = Transform(rotation, frozen(drawn["xyz"]))
         held = origin @ _moved(entry, coordinate - self.refs[name])
+        self.held[name] = coordinate
         joints = self.document.section("joints")
         joints[name] = {
             "type": "fixed",

@@ -7,7 +7,7 @@ with a note.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from ...description.defaults import driven_joints, farthest_link
@@ -19,14 +19,17 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from ..xml.vocabulary import VocabularyCheck
 from .actuators import ActuatorReader
+from .attached import AttachedModels
 from .bodies import BodyReader
 from .closures import ClosureReader
 from .compiler.model import MjcfModel
 from .couplings import CouplingReader
+from .flexes import FLEX, leave_out_flexes
 from .includes import open_includes
 from .joints import TYPES
 from .names import WORLD
 from .poses import pose_entry, pose_of
+from .pulling_tendons import PullingTendons
 from .settings import Settings
 from .several_freedoms import WIDTHS, pose_in_keyframe
 from .tendons import TendonReader
@@ -57,10 +60,17 @@ def mjcf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OP
     xml = XmlReader(file, root, document)
     packages = Packages(file, options.search_path)
     open_includes(xml, packages)
+    flexes = leave_out_flexes(xml)
+    attached = AttachedModels(xml, packages)
     check = VocabularyCheck(xml, MJCF, ADVICE)
-    check.check(root)
+    for model in (root, *attached.roots.values()):
+        check.check(model)
     check.add_notes()
-    _MjcfReader(MjcfModel(xml, packages)).read()
+    mjcf = MjcfModel(xml, packages, attached)
+    if flexes and not mjcf.content.joints:
+        problem = "is all that moves, and a flex is no rigid body; there is no robot in this file"
+        raise xml.error(flexes[0], (FLEX,), problem)
+    _MjcfReader(mjcf).read()
     if "end_effector" not in document.data:
         document.data["end_effector"] = {"link": farthest_link(document)}
     return document
@@ -83,7 +93,7 @@ class _MjcfReader:
             self.document.rounded_links.add(link)  # files saved by MuJoCo have six digits
         couplings = CouplingReader(self.model, self.bodies)
         tendons = TendonReader(self.model, couplings)
-        tendons.check(self.settings.disabled)
+        pulling = PullingTendons(self.model, self.bodies, tendons)
         actuators = ActuatorReader(self.model, self.bodies, tendons)
         driven = actuators.driven(self.settings)
         self.add_equalities(couplings, tendons)
@@ -91,8 +101,10 @@ class _MjcfReader:
         tendons.add(driven)
         actuators.add_pulled(driven)
         actuators.add_effort_limits()
-        self.add_active(driven)
-        self.add_reference()
+        pulling.add(self.settings.disabled)
+        tendons.note_unused()
+        self.add_active(driven, pulling.drawn)
+        self.add_reference(pulling.drawn)
         self.add_extras()
 
     def add_equalities(self, couplings: CouplingReader, tendons: TendonReader) -> None:
@@ -135,8 +147,13 @@ class _MjcfReader:
 
     # -- drives and reference
 
-    def add_active(self, driven: dict[str, LocatedElement]) -> None:
-        """Make the joints with actuators active, except those that follow others or are fixed."""
+    def add_active(self, driven: dict[str, LocatedElement], measuring: Collection[str]) -> None:
+        """Make the joints with actuators active, except those that follow others or are fixed.
+
+        Args:
+            driven: joints with actuators.
+            measuring: joints of tendons, which nobody drives.
+        """
         joints = self.document.section("joints")
         active: list[str] = []
         for name, element in driven.items():
@@ -151,12 +168,17 @@ class _MjcfReader:
                 "no actuators are given; independent joints are taken as driven, in the order of"
                 " the file"
             )
-            active = driven_joints(self.document)
+            candidates = driven_joints(self.document)
+            active = [name for name in candidates if name not in measuring]
         self.document.data["active"] = active
         self.document.data["active_set"] = "motors"
 
-    def add_reference(self) -> None:
-        """Read the reference from the first keyframe with coordinates; by default, as drawn."""
+    def add_reference(self, lengths: Mapping[str, float]) -> None:
+        """Read the reference from the first keyframe with coordinates; by default, as drawn.
+
+        Args:
+            lengths: coordinates of joints of tendons, as drawn.
+        """
         for keyframe in self.xml.root.all("keyframe"):
             for key in keyframe.all("key"):
                 if key is not self.model.key:
@@ -164,6 +186,7 @@ class _MjcfReader:
         reference = self.drawn()
         if self.model.content.key:
             reference = self.coordinates(self.model.content.key)
+        reference.update(lengths)
         for name, joint in self.document.section("joints").items():
             if joint["type"] == "fixed":
                 reference.pop(name, None)

@@ -56,18 +56,18 @@ class Settings:
                 element = self._element("flag", word) or self._element("flag", "passive")
                 text = f"{word} is disabled: {_MEANINGS[word]}"
                 self.xml.note(element or self.xml.root, text)
-        self._refuse_fluid()
+        self._note_fluid()
         if not self.has("gravity"):
             self.gravity = [0.0, 0.0, 0.0]
         elif any(self.gravity):
             self._compensate(moving)
 
-    def _refuse_fluid(self) -> None:
+    def _note_fluid(self) -> None:
         for word, value in zip(("density", "viscosity"), self.model.content.fluid, strict=True):
             if value:
                 element = self._element("option", word) or self.xml.root
-                problem = f"{word} of <option> is {value:g}: forces of a fluid are not covered"
-                raise self.xml.error(element, ("option",), f"{problem}; take it out")
+                text = f"{word} of <option> is {value:g}: drag of the fluid around is left out"
+                self.xml.note(element, text)
 
     def _compensate(self, moving: Collection[int]) -> None:
         """Take off the shares of weights that MuJoCo compensates."""

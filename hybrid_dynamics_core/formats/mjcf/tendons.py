@@ -13,13 +13,6 @@ from .compiler.compiled import Equality, Tendon
 from .compiler.model import MjcfModel
 from .couplings import CouplingReader
 
-_FLAGS = {  # flags that switch off forces of tendons
-    "stiffness": "spring",
-    "stiffness of higher degree": "spring",
-    "damping": "damper",
-    "damping of higher degree": "damper",
-    "frictionloss": "frictionloss",
-}
 
 
 @dataclass(frozen=True)
@@ -42,25 +35,6 @@ class TendonReader:
         self.tendons = model.content.tendons
         self.used: set[int] = set()
         self.sums: list[_Sum] = []
-
-    def check(self, disabled: Collection[str]) -> None:
-        """Refuse tendons with forces of their own.
-
-        Args:
-            disabled: flags that are off.
-
-        Raises:
-            DescriptionError: a tendon is a spring, a damper, or has friction or a rotor.
-        """
-        for tendon in self.tendons:
-            for word, value in tendon.forces.items():
-                if _FLAGS.get(word, "") in disabled:
-                    continue
-                problem = (
-                    f"{word} is {value:g}: a tendon that pulls by itself is not covered; take it"
-                    " out, or give it to joints"
-                )
-                raise self._error(self.model.element(tendon.line), problem)
 
     def read(self, equality: Equality) -> None:
         """Read an equality that fixes a tendon's length, or couples it to another tendon.
@@ -122,6 +96,9 @@ class TendonReader:
         """Make one joint of each sum a follower of the others; it must not be driven."""
         for tied in self.sums:
             self._add_sum(tied, driven)
+
+    def note_unused(self) -> None:
+        """Say which tendons only measure."""
         for number, tendon in enumerate(self.tendons):
             if number not in self.used:
                 element = self.model.element(tendon.line)

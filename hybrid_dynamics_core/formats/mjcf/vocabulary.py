@@ -14,7 +14,7 @@ DRIVES = "general motor position velocity intvelocity pid damper cylinder muscle
 _ORIENTATIONS = "quat euler axisangle xyaxes zaxis"
 _SOLVER_SETTINGS = "solref solimp"
 _LIMIT_SETTINGS = "solreflimit solimplimit solreffriction solimpfriction margin"
-_CONTENT = "site geom body frame replicate"
+_CONTENT = "site geom body frame replicate attach"
 _DEFAULT_DRIVES = DRIVES.removesuffix(" plugin")
 _OMITTED_CONTENT = "camera light"
 _CONTROL = (
@@ -37,10 +37,11 @@ _TENDON = vocabulary(
 MJCF: dict[str, Vocabulary] = {
     "mujoco": vocabulary(
         "model",
-        "compiler option default worldbody asset tendon equality actuator keyframe custom",
+        "compiler option default worldbody asset tendon equality actuator keyframe custom"
+        " deformable",
         omitted="size visual statistic contact sensor extension",
     ),
-    "asset": vocabulary("", "mesh material", "texture hfield skin model"),
+    "asset": vocabulary("", "mesh material model", "texture hfield skin"),
     "compiler": vocabulary(
         "angle boundmass boundinertia autolimits eulerseq balanceinertia inertiafromgeom"
         " inertiagrouprange settotalmass",
@@ -82,6 +83,7 @@ MJCF: dict[str, Vocabulary] = {
     "replicate": vocabulary(
         "count euler offset sep prefix childclass", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
     ),
+    "attach": vocabulary("model body frame prefix"),
     "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
     "geom": vocabulary(  # gives mass and visuals; contacts are left out, as the reader says
         "name class type size pos fromto mass density mesh group contype conaffinity condim"
@@ -105,7 +107,8 @@ MJCF: dict[str, Vocabulary] = {
     "spatial/site": vocabulary("site"),
     "spatial/geom": vocabulary("geom sidesite"),
     "spatial/pulley": vocabulary("divisor"),
-    "equality": vocabulary("", "connect weld joint tendon"),
+    "equality": vocabulary("", "connect weld joint tendon", "flex flexvert flexstrain"),
+    "deformable": vocabulary("", "", "skin"),
     "equality/tendon": vocabulary(
         "name class active tendon1 tendon2 polycoef", omitted=_SOLVER_SETTINGS
     ),
@@ -137,7 +140,7 @@ MJCF: dict[str, Vocabulary] = {
     "custom": vocabulary("", "text", "numeric tuple"),
 }
 
-_WITHOUT_MEANING = "size visual statistic contact sensor custom extension"
+_WITHOUT_MEANING = "size visual statistic contact sensor custom extension deformable"
 _PICTURES = "texture skin hfield"
 _OF_MATERIALS = (
     "texture emission specular shininess reflectance metallic roughness texrepeat texuniform"
@@ -152,6 +155,7 @@ OMITTED: dict[str, frozenset[str]] = {
     "material": frozenset({"layer"}),
     "default": frozenset(_NO_DEFAULTS.split()),
     "actuator": frozenset({"adhesion", "orientation"}),
+    "equality": frozenset({"flex", "flexvert", "flexstrain"}),
     "compiler": frozenset({"lengthrange"}),
     "": frozenset({"camera", "light", "plugin", "config"}),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from ....ground.regular_files import read_regular
@@ -22,13 +22,21 @@ class MeshFiles:
         names: name that replaces the path of each <mesh>, by the element's id().
     """
 
-    def __init__(self, xml: XmlReader, packages: Packages) -> None:
+    def __init__(
+        self, xml: XmlReader, packages: Packages, attached: Iterable[LocatedElement] = ()
+    ) -> None:
         self.xml = xml
         self.packages = packages
         self.names: dict[int, str] = {}
-        self.paths: dict[str, str] = {}
-        folder, is_stripped = _settings(xml.root)
-        for mesh in _meshes(xml.root):
+        self.paths: dict[str, tuple[Path, str]] = {}  # with the folder where each begins
+        for root in (xml.root, *attached):
+            self._add(root)
+
+    def _add(self, root: LocatedElement) -> None:
+        """Name the meshes of one model."""
+        folder, is_stripped = _settings(root)
+        start = self.xml.file_of(root).parent
+        for mesh in _meshes(root):
             path = mesh.get("file")
             if not path:
                 continue
@@ -36,7 +44,9 @@ class MeshFiles:
                 path = path.replace("\\", "/").rpartition("/")[2]
             name = f"mesh{len(self.names)}{Path(path).suffix.lower()}"
             self.names[id(mesh)] = name
-            self.paths[name] = path if Path(path).is_absolute() else f"{folder}{path}"
+            if not Path(path).is_absolute():
+                path = f"{folder}{path}"
+            self.paths[name] = (start, path)
 
     def read(self, asked: Mapping[str, tuple[LocatedElement, str]]) -> dict[str, bytes]:
         """The content of the needed files, by name.
@@ -50,17 +60,18 @@ class MeshFiles:
         contents: dict[str, bytes] = {}
         total = 0
         for name, (element, body) in asked.items():
-            contents[name] = self._content(self.paths[name], element, body)
+            start, path = self.paths[name]
+            contents[name] = self._content(start, path, element, body)
             total += len(contents[name])
             if total > _LARGEST_SUM:
                 problem = f"the meshes of masses have more than {_LARGEST_SUM} bytes; {_WAY_OUT}"
                 raise self.xml.error(element, ("links", body), problem)
         return contents
 
-    def _content(self, path: str, element: LocatedElement, body: str) -> bytes:
+    def _content(self, start: Path, path: str, element: LocatedElement, body: str) -> bytes:
         key = ("links", body)
         try:
-            file = self.packages.resolve(path, self.xml.file.parent)
+            file = self.packages.resolve(path, start)
             content = read_regular(file, _LARGEST + 1)
         except (PackageError, OSError) as error:
             reason = getattr(error, "strerror", None) or str(error)

@@ -116,14 +116,18 @@ class Tendon:
 
     Attributes:
         terms: (joint, coefficient) of a fixed tendon; empty for a spatial one.
+        path: (kind, number, divisor) of the sites, pulleys and others of a spatial tendon.
         length: length in the drawn configuration.
+        rest: smallest and largest length at which its spring is slack.
         forces: its stiffness, damping, friction and armature, by attribute name.
     """
 
     name: str
     line: str
     terms: list[tuple[int, float]]
+    path: list[tuple[str, int, float]]
     length: float
+    rest: tuple[float, float]
     forces: dict[str, float]
 
 

@@ -9,6 +9,7 @@ from ....ground.wording import one_line
 from ...packages import Packages
 from ...xml.located_xml import LocatedElement
 from ...xml.reader import XmlReader
+from ..attached import AttachedModels
 from .assets import MeshFiles
 from .compiled import CompiledModel, Joint, compiled_model
 from .prepared import PreparedText
@@ -35,14 +36,17 @@ class MjcfModel:
         content: the compiled model.
     """
 
-    def __init__(self, xml: XmlReader, packages: Packages) -> None:
+    def __init__(self, xml: XmlReader, packages: Packages, attached: AttachedModels) -> None:
         self.xml = xml
         if not is_installed():
             raise DescriptionError(_INSTALL, file=xml.file)
-        self._require_size(xml.root, 1)
-        self._require_finite(xml.root)
-        self._meshes = MeshFiles(xml, packages)
-        self._text = PreparedText(xml.root, self._meshes.names)
+        models = attached.roots
+        for root in (xml.root, *models.values()):
+            self._require_size(root, 1)
+            self._require_finite(root)
+        self._meshes = MeshFiles(xml, packages, models.values())
+        names = {**self._meshes.names, **attached.names}
+        self._text = PreparedText(xml.root, models, names)
         self.content: CompiledModel = self._compiled()
 
     def element(self, line: str) -> LocatedElement:
@@ -55,7 +59,11 @@ class MjcfModel:
 
     def mesh_path(self, name: str) -> str:
         """The path of a mesh from the file, by the plain name that MuJoCo got."""
-        return self._meshes.paths.get(name, name)
+        folder = self.xml.file.parent
+        start, path = self._meshes.paths.get(name, (folder, name))
+        if start == folder:
+            return path
+        return str(start.absolute() / path)
 
     def _require_size(self, element: LocatedElement, copies: int) -> None:
         """Refuse copies of copies before MuJoCo makes them."""
@@ -91,12 +99,13 @@ class MjcfModel:
         return self._text.key
 
     def _compiled(self) -> CompiledModel:
-        answer = self._ask(WORKERS.ask(self._text.text, {}, _SECONDS))
+        models = self._text.models
+        answer = self._ask(WORKERS.ask(self._text.text, models, _SECONDS))
         if "missing" in answer:
             asked: dict[str, tuple[LocatedElement, str]] = {}
             for name, line, body in answer["missing"]:
                 asked[name] = (self.element(line), body)
-            files = self._meshes.read(asked)
+            files = {**models, **self._meshes.read(asked)}
             answer = self._ask(WORKERS.ask(self._text.text, files, _SECONDS_WITH_MESHES))
         return compiled_model(answer["model"])
 

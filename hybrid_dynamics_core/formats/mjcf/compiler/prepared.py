@@ -21,14 +21,36 @@ class PreparedText:
 
     Attributes:
         text: with one element a line.
+        models: texts of attached models by their names. Each begins on the line behind the one
+            before, so every line is that of one element.
         key: the first keyframe with coordinates.
+
+    Args:
+        root: of the file.
+        attached: roots of attached models by name.
+        files: names in place of paths, by the identity of elements.
     """
 
-    def __init__(self, root: LocatedElement, mesh_files: Mapping[int, str]) -> None:
+    def __init__(
+        self,
+        root: LocatedElement,
+        attached: Mapping[str, LocatedElement],
+        files: Mapping[int, str],
+    ) -> None:
         self.key: LocatedElement | None = None
         self._lines: list[LocatedElement] = []
-        self._mesh_files = mesh_files  # replace paths by names
-        self.text = "\n".join(self._rows(root, "")) + "\n"
+        self._files = files
+        self.text = self._text(root)
+        keys = self.key
+        self.models: dict[str, bytes] = {}
+        for name, model in attached.items():
+            self.key = model  # keyframes of attached models are of other coordinates
+            self.models[name] = self._text(model).encode()
+        self.key = keys
+
+    def _text(self, root: LocatedElement) -> str:
+        before = "\n" * len(self._lines)
+        return before + "\n".join(self._rows(root, "")) + "\n"
 
     def element(self, line: int) -> LocatedElement | None:
         """The element that starts on a line (1-based); None if there is none."""
@@ -70,9 +92,9 @@ class PreparedText:
         """The relevant attributes of an element, as text."""
         omitted = OMITTED_ATTRIBUTES.get(element.tag, OMITTED_ATTRIBUTES[""])
         attributes = dict(element.attributes)
-        if id(element) in self._mesh_files:
+        if id(element) in self._files:
             attributes.setdefault("name", _stem(attributes["file"]))
-            attributes["file"] = self._mesh_files[id(element)]
+            attributes["file"] = self._files[id(element)]
         written = ""
         for name, value in attributes.items():
             if name not in omitted and name != "xmlns" and ":" not in name:

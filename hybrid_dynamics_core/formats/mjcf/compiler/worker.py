@@ -24,6 +24,7 @@ _CLOSE = 1e-9  # relative difference of equal tensors
 _FIRST = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>"
 _TRIANGLE = 1e-12  # relative rounding of possible moments
 _FREE, _BALL = 0, 1
+_MODEL = "model"  # names of models that are attached begin so, those of meshes do not
 
 
 class _Compiler:
@@ -31,7 +32,8 @@ class _Compiler:
 
     def __init__(self, text: str, assets: dict[str, bytes]) -> None:
         self.assets = assets
-        self.spec = mujoco.MjSpec.from_string(text, assets=assets)
+        models = {name: data for name, data in assets.items() if name.startswith(_MODEL)}
+        self.spec = mujoco.MjSpec.from_string(text, include=models, assets=assets)
         self.settings = self.spec.compiler
         self.geoms = geoms.Geoms(self.spec)
         self.settings.fusestatic = False  # keeps every body
@@ -285,9 +287,21 @@ class _Compiler:
             "name": tendon.name,
             "line": tendon.info,
             "terms": terms if is_fixed else [],
+            "path": [] if is_fixed else [self.wrap(i) for i in wraps],
+            "rest": model.tendon_lengthspring[k].tolist(),
             "length": float(model.tendon_length0[k]),
             "forces": {word: value for word, value in forces.items() if value},
         }
+
+    def wrap(self, number: int) -> list[Any]:
+        """What a spatial tendon goes by: a site, a pulley or a shape."""
+        model = self.model
+        kinds = {
+            int(mujoco.mjtWrap.mjWRAP_SITE): "site",
+            int(mujoco.mjtWrap.mjWRAP_PULLEY): "pulley",
+        }
+        kind = kinds.get(int(model.wrap_type[number]), "other")
+        return [kind, int(model.wrap_objid[number]), float(model.wrap_prm[number])]
 
     def actuator(self, actuator: Any) -> dict[str, Any]:
         model, k = self.model, actuator.id
