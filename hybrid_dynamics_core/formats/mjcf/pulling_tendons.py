@@ -19,7 +19,7 @@ from ...description.geometry import Transform, rotation_with_z_axis
 from ...errors import DescriptionError
 from ..xml.located_xml import LocatedElement
 from .bodies import BodyReader, Place
-from .compiler.compiled import Tendon
+from .compiler.compiled import WRAP_PULLEY, WRAP_SITE, Tendon
 from .compiler.model import MjcfModel
 from .names import WORLD
 from .poses import pose_entry, pose_of
@@ -134,12 +134,12 @@ class PullingTendons:
         length = _Length({})
         before: int | None = None
         factor = 1.0
-        for kind, number, divisor in tendon.path:
-            if kind == "pulley":
+        for kind, number, divisor in tendon.wraps:
+            if kind == WRAP_PULLEY:
                 before = None
                 factor = 1.0 / divisor
                 continue
-            if kind != "site":
+            if kind != WRAP_SITE:
                 raise self._error(element, "pulls around a shape; expected sites alone")
             if before is not None:
                 self._add_part(name, length, (before, number), factor, element)

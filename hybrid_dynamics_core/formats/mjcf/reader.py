@@ -19,12 +19,12 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from ..xml.vocabulary import VocabularyCheck
 from .actuators import ActuatorReader
-from .attached import AttachedModels
 from .bodies import BodyReader
 from .closures import ClosureReader
+from .compiler.attached import AttachedModels
+from .compiler.flexes import FLEX, leave_out_flexes
 from .compiler.model import MjcfModel
 from .couplings import CouplingReader
-from .flexes import FLEX, leave_out_flexes
 from .includes import open_includes
 from .joints import TYPES
 from .names import WORLD

@@ -14,7 +14,6 @@ from .compiler.model import MjcfModel
 from .couplings import CouplingReader
 
 
-
 @dataclass(frozen=True)
 class _Sum:
     """An equation: the sum of coefficients times coordinates equals a value."""

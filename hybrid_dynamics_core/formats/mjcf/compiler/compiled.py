@@ -110,13 +110,15 @@ class Equality:
     data: list[float]
 
 
+WRAP_JOINT, WRAP_PULLEY, WRAP_SITE = 1, 2, 3  # of MuJoCo; others are shapes
+
+
 @dataclass(frozen=True)
 class Tendon:
     """A tendon.
 
     Attributes:
-        terms: (joint, coefficient) of a fixed tendon; empty for a spatial one.
-        path: (kind, number, divisor) of the sites, pulleys and others of a spatial tendon.
+        wraps: (kind, number, coefficient or divisor) of all that its length depends on.
         length: length in the drawn configuration.
         rest: smallest and largest length at which its spring is slack.
         forces: its stiffness, damping, friction and armature, by attribute name.
@@ -124,11 +126,15 @@ class Tendon:
 
     name: str
     line: str
-    terms: list[tuple[int, float]]
-    path: list[tuple[str, int, float]]
+    wraps: list[tuple[int, int, float]]
     length: float
     rest: tuple[float, float]
     forces: dict[str, float]
+
+    @property
+    def terms(self) -> list[tuple[int, float]]:
+        """(joint, coefficient) of a fixed tendon; empty for a spatial one."""
+        return [(number, value) for kind, number, value in self.wraps if kind == WRAP_JOINT]
 
 
 @dataclass(frozen=True)

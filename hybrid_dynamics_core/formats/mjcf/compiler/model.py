@@ -9,8 +9,8 @@ from ....ground.wording import one_line
 from ...packages import Packages
 from ...xml.located_xml import LocatedElement
 from ...xml.reader import XmlReader
-from ..attached import AttachedModels
 from .assets import MeshFiles
+from .attached import AttachedModels
 from .compiled import CompiledModel, Joint, compiled_model
 from .prepared import PreparedText
 from .process import WORKERS, Answer, is_installed

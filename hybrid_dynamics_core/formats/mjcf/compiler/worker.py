@@ -274,9 +274,8 @@ class _Compiler:
     def tendon(self, tendon: Any) -> dict[str, Any]:
         model, k = self.model, tendon.id
         first = int(model.tendon_adr[k])
-        wraps = range(first, first + int(model.tendon_num[k]))
-        is_fixed = all(model.wrap_type[i] == int(mujoco.mjtWrap.mjWRAP_JOINT) for i in wraps)
-        terms = [[int(model.wrap_objid[i]), float(model.wrap_prm[i])] for i in wraps]
+        wraps = slice(first, first + int(model.tendon_num[k]))
+        columns = (model.wrap_type[wraps], model.wrap_objid[wraps], model.wrap_prm[wraps])
         forces: dict[str, float] = {}
         for word in ("stiffness", "damping", "frictionloss", "armature", "springyield"):
             forces[word] = float(numpy.ravel(getattr(model, f"tendon_{word}")[k])[0])
@@ -286,22 +285,11 @@ class _Compiler:
         return {
             "name": tendon.name,
             "line": tendon.info,
-            "terms": terms if is_fixed else [],
-            "path": [] if is_fixed else [self.wrap(i) for i in wraps],
+            "wraps": list(zip(*(column.tolist() for column in columns), strict=True)),
             "rest": model.tendon_lengthspring[k].tolist(),
             "length": float(model.tendon_length0[k]),
             "forces": {word: value for word, value in forces.items() if value},
         }
-
-    def wrap(self, number: int) -> list[Any]:
-        """What a spatial tendon goes by: a site, a pulley or a shape."""
-        model = self.model
-        kinds = {
-            int(mujoco.mjtWrap.mjWRAP_SITE): "site",
-            int(mujoco.mjtWrap.mjWRAP_PULLEY): "pulley",
-        }
-        kind = kinds.get(int(model.wrap_type[number]), "other")
-        return [kind, int(model.wrap_objid[number]), float(model.wrap_prm[number])]
 
     def actuator(self, actuator: Any) -> dict[str, Any]:
         model, k = self.model, actuator.id

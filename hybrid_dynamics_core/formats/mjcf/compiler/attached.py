@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...ground.regular_files import may_be_file
-from ..packages import PackageError, Packages
-from ..xml.located_xml import MAX_ELEMENTS, LocatedElement, read_xml
-from ..xml.reader import XmlReader
-from .includes import open_includes
+from ....ground.regular_files import may_be_file
+from ...packages import PackageError, Packages
+from ...xml.located_xml import MAX_ELEMENTS, LocatedElement, read_xml
+from ...xml.reader import XmlReader
+from ..includes import open_includes
 
 _MAX_FILES = 100
 

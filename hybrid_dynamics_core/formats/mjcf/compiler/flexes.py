@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..xml.located_xml import LocatedElement
-from ..xml.reader import XmlReader
+from ...xml.located_xml import LocatedElement
+from ...xml.reader import XmlReader
 
 FLEX = "flexcomp"
 _JOINTS = ("joint", "freejoint")
