@@ -1,8 +1,9 @@
-"""Actuators as immutable data: hydraulic cylinders."""
+"""Actuators as immutable data: hydraulic cylinders, and drives that move several joints."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 
@@ -42,3 +43,21 @@ class HydraulicCylinder:
         """Area on which the pressure of the rod side acts [m^2]. It pulls inward."""
         squares = self.bore**2 - self.rod**2
         return self.count * math.pi / 4.0 * squares
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """A drive that moves several joints together, as those of a differential do.
+
+    Its coordinate is a sum of multiplier * coordinate of each joint, plus the offset. So a force f
+    of it acts as multiplier * f along each joint.
+
+    Attributes:
+        multipliers: rate of the drive over rate of each joint, by name.
+        offset: its coordinate with the joints at zero [rad or m].
+        effort_limit: its largest force [N] or torque [N m].
+    """
+
+    multipliers: Mapping[str, float]
+    offset: float = 0.0
+    effort_limit: float = math.inf

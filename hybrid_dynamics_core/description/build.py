@@ -15,7 +15,7 @@ from .checks.plausible_masses import warn_of_masses
 from .document import Data, Document
 from .entries import Entry, section_entries, section_entry
 from .followers import multiplier_path, multipliers_of
-from .forces import read_actuators, read_effects, read_payloads
+from .forces import read_actuators, read_effects, read_payloads, read_transmissions
 from .geometry import Transform, rotation_about
 from .inertia import read_inertia
 from .model import (
@@ -95,6 +95,7 @@ class _Builder:
             payloads=read_payloads(self.values),
             actuators=read_actuators(self.values),
             visuals=read_visuals(section_entries(self.values, "links"), self.attached),
+            transmissions=read_transmissions(self.values),
         )
 
     def gravity(self) -> Array:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from ..errors import InputError
-from .actuators import HydraulicCylinder
+from ..ground.suggestions import no_such_name
+from .actuators import HydraulicCylinder, Transmission
 from .document import Data
 from .effects import JointEffect, Payload
 from .entries import Entry, section_entries
@@ -100,6 +101,39 @@ def read_actuators(values: ValueReader) -> Mapping[str, HydraulicCylinder]:
             )
         cylinders[name] = _read_cylinder(name, entry)
     return MappingProxyType(cylinders)
+
+
+def read_transmissions(values: ValueReader) -> Mapping[str, Transmission]:
+    """Drives that move several joints.
+
+    Args:
+        values: reader of the values of a validated document.
+
+    Returns:
+        Transmissions by the name of the drive.
+
+    Raises:
+        DescriptionError: a joint is not there or does not move, a multiplier is zero, or a drive
+            has the name of a joint.
+    """
+    transmissions: dict[str, Transmission] = {}
+    joints = values.document.data["joints"]
+    moving = [name for name, joint in joints.items() if joint["type"] != "fixed"]
+    for name, entry in section_entries(values, "transmissions").items():
+        if name in joints:
+            raise values.document.error(entry.path, f"'{name}' is the name of a joint too")
+        multipliers: dict[str, float] = {}
+        factors = entry.sub("joints")
+        for joint in factors:
+            if joint not in moving:
+                raise factors.error(joint, no_such_name("joint", joint, moving))
+            multipliers[joint] = factors.number(joint)
+            if not multipliers[joint]:
+                raise factors.error(joint, "is 0; expected the rate of the drive per rate of it")
+        transmissions[name] = Transmission(
+            MappingProxyType(multipliers), entry.number("offset"), entry.bound("effort_limit")
+        )
+    return MappingProxyType(transmissions)
 
 
 def _check_effect(joint: Entry, effect: JointEffect) -> None:

@@ -18,7 +18,7 @@ from ..algebra.charts import FIRST, angles_in
 from ..errors import DescriptionError
 from ..ground.arrays import Array, Picklable, frozen
 from ..ground.suggestions import with_warnings
-from .actuators import HydraulicCylinder
+from .actuators import HydraulicCylinder, Transmission
 from .effects import JointEffect, Payload
 
 JointType = Literal["revolute", "prismatic"]
@@ -280,6 +280,7 @@ class RobotDescription(Picklable):
         effects: friction, rotors and springs, by joint.
         payloads: frame and body by name.
         actuators: by joint.
+        transmissions: drives that move several joints, by name.
         parts: links fixed to others, each in the frame of the body that it is merged into.
         alone: links before merging, for those of `links` that have parts.
         visuals: shapes for pictures, by the link or part that has them.
@@ -311,6 +312,7 @@ class RobotDescription(Picklable):
     effects: Mapping[str, JointEffect] = field(default_factory=dict)
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)
+    transmissions: Mapping[str, Transmission] = field(default_factory=dict)
     parts: Mapping[str, Link] = field(default_factory=dict)
     alone: Mapping[str, Link] = field(default_factory=dict)
     visuals: Mapping[str, tuple[Visual, ...]] = field(default_factory=dict)

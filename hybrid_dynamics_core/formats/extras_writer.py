@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ..description.actuators import HydraulicCylinder
+from ..description.actuators import HydraulicCylinder, Transmission
 from ..description.document import Data
 from ..description.effects import SMOOTHING, JointEffect, Payload
 from ..description.followers import mimic_entry
@@ -39,6 +39,7 @@ _DESCRIPTIONS = {  # names of the entries in comments
     "end_effector": "the end effector",
     "payloads": "payloads as such",
     "actuators": "hydraulic cylinders",
+    "transmissions": "drives that move several joints",
     "reference": "the reference configuration",
     "multi_dof": "joints of several freedoms",
     "zero": "zero places of joints",
@@ -81,6 +82,7 @@ def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
     extras["end_effector"] = {"link": robot.end_effector}
     extras["payloads"] = _payload_entries(robot)
     extras["actuators"] = _cylinder_entries(robot)
+    extras["transmissions"] = _transmission_entries(robot)
     extras["reference"] = dict(robot.plain_reference)
     extras["multi_dof"] = {joint.name: _row_entry(joint) for joint in robot.multi_dof.values()}
     return without_empty(extras)
@@ -255,6 +257,22 @@ def _cylinder_entries(robot: RobotDescription) -> Data:
     for joint, cylinder in robot.actuators.items():
         entries[joint] = _cylinder_entry(cylinder)
     return entries
+
+
+def _transmission_entries(robot: RobotDescription) -> Data:
+    entries: Data = {}
+    for name, transmission in robot.transmissions.items():
+        entries[name] = _transmission_entry(transmission)
+    return entries
+
+
+def _transmission_entry(transmission: Transmission) -> Data:
+    entry: Data = {"joints": dict(transmission.multipliers)}
+    if transmission.offset:
+        entry["offset"] = transmission.offset
+    if math.isfinite(transmission.effort_limit):
+        entry["effort_limit"] = transmission.effort_limit
+    return entry
 
 
 def _cylinder_entry(cylinder: HydraulicCylinder) -> Data:

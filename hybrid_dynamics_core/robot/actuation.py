@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..algebra.independence import independent_rows
 from ..closed_state.state import ClosedState
-from ..description.actuators import HydraulicCylinder
+from ..description.actuators import HydraulicCylinder, Transmission
 from ..dynamics.distribution import IMPOSSIBLE, Distribution, Drives, distribute
 from ..dynamics.hydraulics import CylinderState, cylinder_state, force_range
 from ..errors import InputError, SingularityError
@@ -66,11 +66,32 @@ class Actuation:
         """All driven joints, including redundant ones, in the order of the coordinates.
 
         These are the active joints except idle ones, dependent motors, and joints with an actuator.
+        The drives of transmissions come last, in place of the joints that they move.
         """
         model = self._model
         driven = {*model.active, *model.dependent_motors, *self.cylinders}
         driven -= set(model.idle)
-        return tuple(name for name in model.coordinates if name in driven)
+        for transmission in self._transmissions.values():
+            driven -= {*transmission.multipliers} - {*self.cylinders}
+        joints = tuple(name for name in model.coordinates if name in driven)
+        return (*joints, *self._transmissions)
+
+    @property
+    def _transmissions(self) -> Mapping[str, Transmission]:
+        return self._model.description.transmissions
+
+    def _rates_of(self, R: Array, name: str) -> Array:
+        """Rates (..., n) of a joint or drive per unit rates of the active coordinates."""
+        rates = np.zeros_like(R[..., 0, :])
+        for joint, multiplier in self._multipliers_of(name).items():
+            rates = rates + multiplier * R[..., self._model.coordinates.index(joint), :]
+        return rates
+
+    def _multipliers_of(self, name: str) -> Mapping[str, float]:
+        """Rate of a joint or drive per rate of each joint that moves it."""
+        if name in self._transmissions:
+            return self._transmissions[name].multipliers
+        return {name: 1.0}
 
     def distribute(
         self,
@@ -110,14 +131,14 @@ class Actuation:
         wanted = np.array([preload_of.get(name, 0.0) for name in names])
         drives = Drives(lower, upper, weight, wanted)
         driven = [k for k, name in enumerate(self._model.active) if name not in self._model.idle]
-        indices = [self._model.coordinates.index(name) for name in names]
-        rates = state.R[..., indices, :][..., driven]
+        rows = [self._rates_of(state.R, name) for name in names]
+        rates = np.stack(rows, axis=-2)[..., driven]
         loads = tau[..., driven]
         pairs = zip(
             np.reshape(rates, (-1, len(names), len(driven))), np.atleast_2d(loads), strict=True
         )
-        rows = [distribute(rate, load, drives) for rate, load in pairs]
-        forces = np.reshape(rows, (*tau.shape[:-1], len(names)))
+        shares = [distribute(rate, load, drives) for rate, load in pairs]
+        forces = np.reshape(shares, (*tau.shape[:-1], len(names)))
         return self._distribution(tau, rates, forces, drives, driven)
 
     def _distribution(
@@ -141,6 +162,9 @@ class Actuation:
 
     def _force_bounds(self, name: str) -> tuple[float, float]:
         """Least and greatest force [N] or torque [N m] of a drive."""
+        if name in self._transmissions:
+            limit = self._transmissions[name].effort_limit
+            return -limit, limit
         limit = self._model.description.joints[name].effort_limit
         lower, upper = -limit, limit
         if name in self.cylinders:
@@ -164,7 +188,7 @@ class Actuation:
         state: ClosedState,
         forces: Mapping[str, ArrayLike],
     ) -> Array:
-        """Convert forces along any joints to generalised forces: tau = R^T f.
+        """Convert forces along any joints, or of any drives, to generalised forces: tau = R^T f.
 
         For the forces of drives this is tau_q in Chu (2020), below Eq. 17.
 
@@ -173,7 +197,7 @@ class Actuation:
 
         Args:
             state: closed state, or a batch of N.
-            forces: force [N] or torque [N m] along joints by name, each a number or (N,).
+            forces: force [N] or torque [N m] by joint or by drive, each a number or (N,).
 
         Returns:
             tau (n,) or (N, n) [N m, N].
@@ -185,9 +209,11 @@ class Actuation:
         coordinates = self._model.coordinates
         along = np.zeros_like(state.s)
         for name, force in mapping_of("forces", forces).items():
-            if name not in coordinates:
+            if name not in (*coordinates, *self._transmissions):
                 raise InputError(f"there is no joint '{name}'; known: {', '.join(coordinates)}")
-            along[..., coordinates.index(name)] += _checked_force(state, name, force)
+            checked = _checked_force(state, name, force)
+            for joint, multiplier in self._multipliers_of(name).items():
+                along[..., coordinates.index(joint)] += multiplier * checked
         tau: Array = np.einsum("...ij,...i->...j", state.R, along)
         return tau
 

@@ -103,6 +103,10 @@ class JointReader:
             if lower or upper:
                 self._note(limit, "limits of continuous joints, which have none; left out")
             return {}
+        if lower > upper and self.element.first("mimic") is not None:
+            text = "followers with a lower limit above the upper one; taken as without limits"
+            self._note(limit, text)
+            return {}
         if lower or upper:
             return {"limits": [lower, upper]}
         self._note(

@@ -44,6 +44,12 @@ def add_loops(xml: XmlReader) -> None:
         reader.add_coupling(element)
 
 
+def note_untied(xml: XmlReader) -> None:
+    """Note joints that are written as not independent, in a file without loops and couplings."""
+    if not has_loops(xml.root) and not xml.document.section("closures"):
+        _PlusReader(xml).note_untied()
+
+
 def add_extras(xml: XmlReader) -> None:
     """Add the active joints of a URDF+, and its extras."""
     document = xml.document
@@ -172,6 +178,17 @@ class _PlusReader:
             moves = joint["type"] != "fixed"
             hung[joint["child"]] = Hung(name, joint["parent"], moves)
         return hung
+
+    def note_untied(self) -> None:
+        """Note joints that are not independent, and follow no other."""
+        joints = self.document.section("joints")
+        for element in self.xml.root.all("joint"):
+            name = element.get("name")
+            joint = joints.get(name, {"type": "fixed"})
+            if joint["type"] == "fixed" or "mimic" in joint or not self.is_dependent(name):
+                continue
+            text = 'joints with independent="false" that nothing in the file ties; taken as free'
+            self.xml.collect(element, name, text)
 
     def is_dependent(self, joint: str) -> bool:
         """Whether a joint has `independent="false"`."""

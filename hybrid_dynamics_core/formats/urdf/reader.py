@@ -23,7 +23,7 @@ from .closing_joints import ClosingJoints
 from .gazebo import read_gazebo
 from .gazebo_joints import GazeboJoints
 from .joints import JointReader
-from .plus_reader import add_extras, add_loops, add_motors, has_loops
+from .plus_reader import add_extras, add_loops, add_motors, has_loops, note_untied
 from .replacements import add_replacement
 from .transmissions import Drives
 from .visuals import VisualReader
@@ -84,6 +84,7 @@ def add_urdf(
     closing = ClosingJoints(xml)
     closing.add_constraints()
     read_gazebo(xml, GazeboJoints(xml, closing))
+    note_untied(xml)
     xml.note_collected()
     if is_alone:
         _add_active(xml, drives.motors)

@@ -1,4 +1,4 @@
-"""<transmission> and <ros2_control> of a URDF: motors, rotors behind gears, and followers."""
+"""<transmission> and <ros2_control> of a URDF: drives, their limits, and followers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from ...description.document import Data
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
+from .control_limits import add_control_limits
+from .coupled_drives import add_coupled_drives
 
 _ROTOR = {"drake:rotor_inertia": "rotor_inertia", "drake:gear_ratio": "gear_ratio"}
 _OMITTED = "efforts here are those of the joints"
@@ -35,7 +37,10 @@ class Drives:
         for element in controls:
             self._read_control(element)
         if controls:
-            self.xml.note(controls[0], "<ros2_control> is left out, but for what it drives")
+            self.xml.note(
+                controls[0],
+                "<ros2_control> is left out, but for what it drives, limits and followers",
+            )
 
     def _read_transmission(self, element: LocatedElement) -> None:
         driven = self._moving(joint.get("name") for joint in element.all("joint"))
@@ -43,7 +48,11 @@ class Drives:
         name = element.get("name")
         if len(driven) > 1:
             listed = " and ".join(driven)
-            self.xml.note(element, f"transmission {name} drives {listed} together: {_OMITTED}")
+            shares = _OMITTED
+            actuators = add_coupled_drives(self.xml, element)
+            if actuators:
+                shares = f"{_OMITTED}, and distribute() gives those of {' and '.join(actuators)}"
+            self.xml.note(element, f"transmission {name} drives {listed} together: {shares}")
         for actuator in element.all("actuator"):
             self._read_actuator(actuator, driven)
 
@@ -70,8 +79,12 @@ class Drives:
                 )
                 continue
             self._add_follower(joint, names[0])
+            if self.joints[names[0]]["type"] in ("revolute", "prismatic"):
+                add_control_limits(self.xml, joint, names[0], self.joints[names[0]])
             if joint.all("command_interface"):
                 self._add_motors(names)
+        for transmission in element.all("transmission"):
+            add_coupled_drives(self.xml, transmission)
 
     def _add_follower(self, element: LocatedElement, name: str) -> None:
         """Read <param name="mimic">, unless <mimic> has it already."""

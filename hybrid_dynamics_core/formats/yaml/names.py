@@ -25,6 +25,7 @@ class Names:
         self._add([robot.base, *robot.links, *robot.parts, *robot.frames])
         self._add(robot.joints)
         self._add([*(closure.name for closure in robot.closures), *robot.payloads])
+        self._add(robot.transmissions)
 
     def __getitem__(self, name: str) -> str:
         """The name in the file."""

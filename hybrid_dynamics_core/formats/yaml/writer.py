@@ -94,6 +94,7 @@ class _Writer:
             "frames": self.frames(),
             "payloads": self.payloads(),
             "actuators": self.by_joint("actuators"),
+            "transmissions": self.transmissions(),
             "reference": self.by_joint("reference"),
             "multi_dof": self.multi_dof(),
         }
@@ -116,6 +117,14 @@ class _Writer:
         entries: Data = {}
         for name, entry in self.extras.get(section, {}).items():
             entries[self.names[name]] = entry
+        return entries
+
+    def transmissions(self) -> Data:
+        """Drives that move several joints."""
+        entries: Data = {}
+        for name, entry in self.extras.get("transmissions", {}).items():
+            multipliers = {self.names[joint]: value for joint, value in entry["joints"].items()}
+            entries[self.names[name]] = {**entry, "joints": multipliers}
         return entries
 
     def multi_dof(self) -> Data:
