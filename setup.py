@@ -30,6 +30,7 @@ EXTRAS = {
         "ros-jazzy-builtin-interfaces==2.0.3",
         "ros-jazzy-diagnostic-msgs==5.3.6",
         "ros-jazzy-geometry-msgs==5.3.6",
+        "ros-jazzy-nav-msgs==5.3.6",
         "ros-jazzy-rclpy==7.1.6",
         "ros-jazzy-sensor-msgs==5.3.6",
         "ros-jazzy-std-msgs==5.3.6",

@@ -97,7 +97,9 @@ class BatchPipeline:
     def __init__(self, pipeline: Pipeline) -> None:
         """Wrap a pipeline, whose counts and filter are continued."""
         self.pipeline = pipeline
-        self.first_rejections: dict[str, str] = {}  # first text of each kind
+        self.first_rejections: dict[str, str] = {}  # the first text of each kind
+        # Has the base where the recording has it at a log time [ns].
+        self.move_base: Callable[[int], None] = lambda _: None
 
     def process(self, samples: Samples, given: RateRows | None = None) -> BatchResult | None:
         """Results of the samples; None if none was accepted.
@@ -250,6 +252,7 @@ class BatchPipeline:
         return BatchResult(accepted, samples.log_ns[accepted], _runs_of(results))
 
     def _sample(self, samples: Samples, row: int, given: RateRows | None) -> JointSample:
+        self.move_base(int(samples.log_ns[row]))
         velocity = samples.velocity[row]
         if np.isnan(velocity).all():
             velocity = None

@@ -18,6 +18,7 @@ from ..messages.cdr import MessageTemplate
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE
 from ..messages.joint_samples import RejectionCode, resting_joints
 from ..parameters import PARTIAL_AGE
+from ..stream.floating.base import OdometryInput
 from ..stream.pipeline import Pipeline
 from .batch_outputs import BagOutput, outputs_of
 from .batch_pipeline import BatchPipeline, BatchResult
@@ -26,6 +27,7 @@ from .errors import BagCallError, BagError
 from .input_topic import input_topic
 from .job import CAUSAL, Job, Outcome
 from .provenance import process_notes, robot_notes
+from .recorded_odometry import RecordedOdometry
 from .recorded_pressures import RecordedPressures
 from .samples import Samples, slices
 from .settings import make_pipeline
@@ -104,6 +106,8 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             )
             transfer = _Transfer(pipeline, decoder, outputs, bag, outcome, watch)
             transfer.pressures = RecordedPressures(pipeline.pressures, source, transfer.losses)
+            if pipeline.odometry is not None:
+                transfer.take_odometry(pipeline.odometry, source)
             transfer.run(source, topic, [entry.name for entry in copied], shown)
             outcome.losses = [*transfer.losses.describe(), *source.losses.describe()]
             _require_results(outcome, topic, pipeline)
@@ -184,6 +188,11 @@ class _Transfer:
         self._last_ns = -_NO_STAMP
         self._has_description = False
         self._waiting: list[Samples] = []  # for smoothing as a whole
+
+    def take_odometry(self, odometry: OdometryInput, source: BagReader) -> None:
+        """Let the base move as a bag says."""
+        recorded = RecordedOdometry(odometry, source, self.losses)
+        self._batches.move_base = recorded.go_to
 
     def run(
         self, source: BagReader, topic: Topic, copied: Sequence[str], shown: bool | None

@@ -26,7 +26,13 @@ from ..parameters import (
     sensor_joint,
     sensor_rows,
 )
-from ..stream.conditions import Conditions, calibration_of, kalman_of, loads_of
+from ..stream.conditions import (
+    Conditions,
+    calibration_of,
+    kalman_of,
+    loads_of,
+    odometry_of,
+)
 from ..stream.pipeline import Pipeline
 from .errors import BagError, wrong_kind
 
@@ -78,7 +84,14 @@ def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
         ParameterError: the settings do not fit the robot.
     """
     bandwidth, max_gap = settings[BANDWIDTH], settings[MAX_GAP]
-    pipeline = Pipeline(robot, bandwidth, max_gap, settings[MEASURED], kalman_of(settings))
+    pipeline = Pipeline(
+        robot,
+        bandwidth,
+        max_gap,
+        settings[MEASURED],
+        kalman_of(settings),
+        odometry_of(robot, settings),
+    )
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
     pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
     pipeline.pressures.max_age = settings[PARTIAL_AGE]

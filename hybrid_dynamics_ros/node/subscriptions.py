@@ -6,6 +6,7 @@ import time
 import traceback
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
 from typing import Final
 
 from hybrid_dynamics_msgs.msg import CylinderStates, JointMotion
@@ -26,9 +27,18 @@ from ..messages.joint_samples import (
     oversized,
     rejection_of,
 )
+from ..messages.odometry import sample_of_odometry
 from ..messages.pressures import sample_of_pressures
-from ..parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP, PASS_THROUGH
+from ..parameters import (
+    INPUT_DEPTH,
+    INPUT_QOS,
+    MAX_GAP,
+    ODOMETRY,
+    PASS_THROUGH,
+    ParameterError,
+)
 from ..stream.filter.filter import StampEvent
+from ..stream.floating.base import OdometryInput
 from ..stream.rate_limit import ThrottledLog
 from ..stream.results import MotionResult
 from ..stream.runtime import Runtime
@@ -76,6 +86,10 @@ class Stream:
         motions = reader_of(JointMotion, conversions.sample_of_motion)
         self._subscribe(JointMotion, "~/active_joint_motions", partial(self._process, motions))
         self._subscribe(CylinderStates, "~/cylinder_pressures", self._take_pressures)
+        odometry = self._runtime.pipeline.odometry
+        if odometry is not None:
+            kind = odometry_type()
+            self._subscribe(kind, odometry.topic, partial(self._take_odometry, odometry, kind))
 
     def check_connections(self) -> None:
         """Note publishers and subscriptions of other nodes that are not heard or do not hear."""
@@ -172,6 +186,22 @@ class Stream:
             return _fault()
         return None
 
+    def _take_odometry(self, odometry: OdometryInput, kind: type, message: bytes) -> bool:
+        """Remember how the base moves; False where the message cannot be used."""
+        rejection = oversized(len(message))
+        try:
+            if rejection is None:
+                sample = sample_of_odometry(deserialize_message(message, kind))
+                with self._runtime.lock:
+                    odometry.take(sample)
+        except RejectedError as error:
+            rejection = error.rejection
+        except Exception:  # noqa: BLE001 - as in `_attempt`
+            rejection = _fault()
+        if rejection is not None:
+            self._refuse(rejection)
+        return rejection is None
+
     def _attempt(self, read: Read, message: bytes) -> Rejection | None:
         """Answer a message, or say why not; it counts once, wherever it fails."""
         pipeline = self._runtime.pipeline
@@ -241,3 +271,20 @@ class Stream:
 def _fault() -> Rejection:
     """The exception that is being handled."""
     return Rejection(RejectionCode.INTERNAL, traceback.format_exc())
+
+
+def odometry_type() -> type:
+    """The type of odometry.
+
+    Raises:
+        ParameterError: nav_msgs is not installed.
+    """
+    try:
+        kind: type = import_module("nav_msgs.msg").Odometry
+    except ImportError as error:
+        text = (
+            f"parameter {ODOMETRY.name}: nav_msgs is not installed; install it with ROS, or"
+            " ros-jazzy-nav-msgs from PyPI"
+        )
+        raise ParameterError(text) from error
+    return kind

@@ -69,6 +69,14 @@ PARTIAL_AGE: Final = Parameter[float](
     bounds=(0.0, 3600.0),
     change=ChangeTime.ANY_TIME,
 )
+ODOMETRY: Final = Parameter[str](
+    "odometry.topic",
+    "",
+    "Topic of nav_msgs/Odometry with pose and twist of a floating base, such as /odom. The newest"
+    " message is joined with each joint state, as partial_messages.max_age says. Empty: the base"
+    " stands at its reference.",
+    kind=str,
+)
 PASS_THROUGH: Final = Parameter[bool](
     "pass_through",
     False,
@@ -89,7 +97,7 @@ INPUT_DEPTH: Final = Parameter[int](
 
 ROWS: Final[tuple[Parameter[Any], ...]] = (
     *FILTER_ROWS,
-    *(PARTIAL_AGE, PASS_THROUGH),
+    *(PARTIAL_AGE, ODOMETRY, PASS_THROUGH),
     *(INPUT_QOS, INPUT_DEPTH),
 )
 

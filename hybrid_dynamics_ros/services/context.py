@@ -18,7 +18,7 @@ from ..messages.joint_samples import (
     active_order,
 )
 from ..stream.conditions import loads_of
-from ..stream.first_charts import require_first_charts
+from ..stream.floating.first_charts import require_first_charts
 from ..stream.frames import FrameNames, frame_names
 from ..stream.situation import Situation
 

@@ -19,6 +19,9 @@ from ..parameters import (
     GRAVITY,
     KALMAN,
     KALMAN_BANDWIDTH,
+    MEASURED,
+    ODOMETRY,
+    PARTIAL_AGE,
     PAYLOAD_COM,
     PAYLOAD_FRAME,
     PAYLOAD_INERTIA,
@@ -26,9 +29,12 @@ from ..parameters import (
     VELOCITY_NOISE,
     NodeSettings,
     Parameter,
+    ParameterError,
     sensor_rows,
 )
 from .filter.routes import Kalman
+from .floating.base import OdometryInput, floating_base
+from .frames import frame_names
 
 Floats = tuple[float, ...]
 
@@ -174,3 +180,27 @@ def calibration_of(settings: NodeSettings, joints: tuple[str, ...]) -> Calibrati
 def _sensor(settings: NodeSettings, joint: str) -> list[float]:
     """Offset, sign and scale."""
     return [settings[parameter] for parameter in sensor_rows(joint)]
+
+
+def odometry_of(robot: Robot, settings: NodeSettings) -> OdometryInput | None:
+    """The input of odometry that the parameters ask for; None where they ask for none.
+
+    Raises:
+        ParameterError: the base does not float, or other joints than the active ones are measured.
+    """
+    topic = settings[ODOMETRY]
+    if not topic:
+        return None
+    base = floating_base(robot)
+    if base is None:
+        raise ParameterError(
+            f"parameter {ODOMETRY.name} is '{topic}': robot {robot.name} has no floating base, a"
+            f" free joint on '{robot.base_frame}' that nobody drives; leave it empty"
+        )
+    if settings[MEASURED] not in (None, robot.active):
+        raise ParameterError(
+            f"parameter {ODOMETRY.name} is '{topic}': with odometry the active joints are measured,"
+            f" {', '.join(robot.description.motors)}; leave {MEASURED.name} empty"
+        )
+    link = frame_names(robot, settings).of(base.link)
+    return OdometryInput(base, topic, link, settings[PARTIAL_AGE])

@@ -20,12 +20,12 @@ from ..messages.joint_samples import Calibration, FloatArray, OrderedMotion
 from .filter.filter import StampEvent
 from .filter.rate_estimator import MotionEstimator, RateRows
 from .filter.routes import Kalman
-from .first_charts import require_first_charts, require_first_reference
+from .floating.first_charts import require_first_charts, require_first_reference
 from .joint_groups import GroupedEstimator, State, stamp_of
 from .results import MotionResult, OneOrRows
 from .turns import TurnCounter, TurnRows, TurnState
 
-_RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
+RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
 
 
 class MotionEvaluator:
@@ -45,7 +45,10 @@ class MotionEvaluator:
             None: there was none.
         wraps: how many jumps of nearly a whole turn were taken out of each joint's readings.
         gap: the newest that was too long, between stamps [s].
+        may_be_plain: whether it can be.
     """
+
+    may_be_plain = True
 
     def __init__(
         self,
@@ -68,15 +71,15 @@ class MotionEvaluator:
             InputError: the measured coordinates do not determine the others, or a ball joint has no
                 good angles at the reference.
         """
-        require_first_reference(robot)
         self.robot = robot
+        self._require_reference()
         self.measured = tuple(measured or robot.active)
         self.calibration: Calibration | None = None
         self.mode: ClosedState | None = None
         self.gap = 0.0
         self.wraps: Counter[str] = Counter()
         self._measures_active = self.measured == robot.active
-        self.is_plain = self._measures_active
+        self.is_plain = self._measures_active and self.may_be_plain
         self.last: FloatArray | None = None
         self._near: ClosedState | None = None
         start = robot.close(robot.reference)
@@ -89,6 +92,10 @@ class MotionEvaluator:
         if not self._measures_active:
             places = {name: robot.coordinates.index(name) for name in self.measured}
             robot.close_given({name: float(start.s[k]) for name, k in places.items()})
+
+    def _require_reference(self) -> None:
+        """Raise InputError where topics have no good angles for the reference."""
+        require_first_reference(self.robot)
 
     @property
     def loads(self) -> Loads:
@@ -133,7 +140,7 @@ class MotionEvaluator:
     def set_mode(self, mode: ClosedState | None) -> None:
         """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
         self.mode = self._near = mode
-        self.is_plain = self._measures_active and mode is None
+        self.is_plain = self._measures_active and self.may_be_plain and mode is None
         self._memory = self.last = None
         self._compiled = self._compiled_for(self._loads)
 
@@ -357,7 +364,7 @@ class MotionEvaluator:
         if self.is_plain:
             state = self.robot.close(motion.position, motion.velocity)
             return self._followed(state), motion.acceleration
-        near = self.mode if event in _RESTARTS else self._near
+        near = self.mode if event in RESTARTS else self._near
         if self._measures_active:
             state = self.robot.close(motion.position, motion.velocity, near=near)
         else:

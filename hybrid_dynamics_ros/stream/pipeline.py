@@ -30,6 +30,8 @@ from ..messages.readings import MAX_AGE, ReadingOrder
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
 from .filter.routes import Kalman
+from .floating.base import OdometryInput
+from .floating.evaluator import FloatingEvaluator, evaluator_of
 from .results import MotionResult
 
 _UNREMARKABLE = (StampEvent.NEXT, StampEvent.FIRST)
@@ -90,6 +92,7 @@ class Pipeline:
         readings: of joint states, which may lack what others have.
         extras: joints that the robot has not; None: they are ignored.
         pressures: of the cylinders.
+        odometry: of a floating base; None: it stands at its reference.
         counts: what happened to the samples so far.
     """
 
@@ -100,9 +103,16 @@ class Pipeline:
         max_gap: float,
         measured: Sequence[str] | None = None,
         kalman: Kalman | None = None,
+        odometry: OdometryInput | None = None,
     ) -> None:
         """The pipeline of one robot; arguments and errors are those of `MotionEvaluator`."""
-        self.evaluator = MotionEvaluator(robot, bandwidth, max_gap, measured, kalman)
+        self.odometry = odometry
+        base = None if odometry is None else odometry.base
+        self.evaluator: MotionEvaluator = evaluator_of(
+            robot, bandwidth, max_gap, measured, kalman, base
+        )
+        if odometry is not None:
+            odometry.set_filter(self.evaluator.estimator)
         self.counts = Counts(wraps=self.evaluator.wraps)
         resting = resting_joints(robot)
         self._order = JointOrder(self.evaluator.measured, resting)
@@ -182,6 +192,8 @@ class Pipeline:
             raise RejectedError(
                 RejectionCode.BAD_STAMP, f"stamp is {stamp_ns} ns, expected 0 or more"
             )
+        if self.odometry is not None and isinstance(self.evaluator, FloatingEvaluator):
+            self.evaluator.base_motion = self.odometry.at(stamp_ns)
         if is_estimated:
             return self.evaluator.given(stamp_ns, self._order.arrange(sample))
         if sample.acceleration is not None:

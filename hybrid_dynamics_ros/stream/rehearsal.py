@@ -18,7 +18,8 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 from ..messages.joint_samples import FloatArray, OrderedMotion, RejectedError
 from ..parameters import BANDWIDTH, MAX_GAP, TF_RATE, NodeSettings
 from .conditions import Conditions, loads_of
-from .evaluator import MotionEvaluator
+from .floating.base import floating_base
+from .floating.evaluator import evaluator_of
 from .topics import topics_of
 
 _INTERVAL: Final = 10_000_000  # [ns] between the samples
@@ -34,10 +35,12 @@ class Rehearsal:
     Attributes:
         measured: joints that the samples give.
         conditions: what holds.
+        has_odometry: whether the motion of a floating base comes with the samples.
     """
 
     measured: tuple[str, ...]
     conditions: Conditions
+    has_odometry: bool = False
 
 
 def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
@@ -49,7 +52,10 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
     """
     conditions = rehearsal.conditions
     loads = loads_of(robot, conditions)
-    evaluator = MotionEvaluator(robot, BANDWIDTH.default, MAX_GAP.default, rehearsal.measured)
+    base = floating_base(robot) if rehearsal.has_odometry else None
+    evaluator = evaluator_of(
+        robot, BANDWIDTH.default, MAX_GAP.default, rehearsal.measured, base=base
+    )
     evaluator.prepare(loads)
     evaluator.loads = loads
     if conditions.mode is not None:

@@ -23,8 +23,9 @@ OneOrRows = Any  # of one sample a number, of N rows an array (N,)
 class MotionResult:
     """All that one sample says about the robot, or N rows of samples of which the same is known.
 
-    Coordinates are in the order of ``robot.coordinates``. Arrays are read-only; of N rows each has
-    a leading N.
+    Coordinates are in the order of ``robot.coordinates``. Those of a floating base are in the first
+    chart in `position` and `velocity`, and in that of `state` in `active` and `efforts`. Arrays are
+    read-only; of N rows each has a leading N.
 
     Attributes:
         robot, loads: what the result was computed with.
@@ -42,6 +43,8 @@ class MotionResult:
         extras: joints beside those of the robot, of rows one for each, or None.
         measured_forces: of the drives (d,) [N], from pressures; NaN where there are none, and None
             where there are none of any drive; of rows (N, d), NaN there.
+        base_wrench: what has to act on a floating base from outside (6,): force, then moment about
+            its origin, in its axes [N, N m]; None where it is not known; of rows (N, 6).
         make_state: makes `state` of what was computed for the arrays above.
     """
 
@@ -59,6 +62,7 @@ class MotionResult:
     make_state: Callable[[], ClosedState] = field(repr=False)
     extras: Any = None
     measured_forces: FloatArray | None = None
+    base_wrench: FloatArray | None = None
 
     @cached_property
     def state(self) -> ClosedState:
@@ -125,6 +129,7 @@ class MotionResult:
             distances=self.distances[which],
             make_state=lambda: self.state.rows(which),
             measured_forces=_rows_of(self.measured_forces, which),
+            base_wrench=_rows_of(self.base_wrench, which),
             extras=None if self.extras is None else [self.extras[k] for k in which.tolist()],
         )
 
@@ -157,6 +162,7 @@ class MotionResult:
             distances=np.array([result.distances for result in results]),
             event=None,
             extras=extras if any(extras) else None,
+            base_wrench=_stacked([result.base_wrench for result in results]),
             make_state=lambda: ClosedState.joined([result.state for result in results]),
         )
 

@@ -37,6 +37,7 @@ from .conditions import (
     calibration_of,
     kalman_of,
     loads_of,
+    odometry_of,
 )
 from .monitor import Monitor
 from .pipeline import Pipeline
@@ -65,7 +66,12 @@ class Runtime:
         measured = settings[MEASURED] or robot.active
         _require_names("measured", "joint", measured, robot.coordinates)
         self.pipeline = Pipeline(
-            robot, settings[BANDWIDTH], settings[MAX_GAP], measured, kalman_of(settings)
+            robot,
+            settings[BANDWIDTH],
+            settings[MAX_GAP],
+            measured,
+            kalman_of(settings),
+            odometry_of(robot, settings),
         )
         self.evaluator = self.pipeline.evaluator
         self.monitor = Monitor(StrokeMargins(robot))
@@ -125,11 +131,16 @@ class Runtime:
         self.evaluator.calibrate(calibration_of(settings, self.measured))
         self.pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
         self.pipeline.pressures.max_age = settings[PARTIAL_AGE]
+        odometry = self.pipeline.odometry
+        if odometry is not None:
+            odometry.max_age = settings[PARTIAL_AGE]
         if settings[PASS_THROUGH]:
             self.pipeline.pass_through(settings[PARTIAL_AGE])
         if any(settings[row] != self.settings[row] for row in FILTER_ROWS):
             kalman = kalman_of(settings)
             self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP], kalman)
+            if odometry is not None:
+                odometry.set_filter(self.evaluator.estimator)
         self._hold(conditions)
         self.settings = self._taken = settings
 
@@ -145,7 +156,8 @@ class Runtime:
         """
         if self.is_prepared(conditions):
             return
-        rehearsal = Rehearsal(self.measured, conditions)
+        has_odometry = self.pipeline.odometry is not None
+        rehearsal = Rehearsal(self.measured, conditions, has_odometry)
         try:
             with stored_only():
                 rehearse(self.robot, rehearsal)
@@ -191,7 +203,7 @@ class Runtime:
         if self.result is None:
             return False
         rates = self.result.velocity
-        return rates is None or bool(np.abs(rates).max() > self.settings[STILL])
+        return rates is None or not np.abs(rates).max() <= self.settings[STILL]  # NaN: not known
 
     def situation(self) -> Situation:
         """How things stand, for whoever answers a call."""
@@ -200,7 +212,7 @@ class Runtime:
             conditions=self.conditions,
             settings=self.settings,
             measured=self.measured,
-            newest=None if result is None else result.active.position,
+            newest=None if result is None else result.position[: len(self.robot.active)],
             moving=self.moving,
         )
 
@@ -208,6 +220,8 @@ class Runtime:
         """Forget the samples so far; the counts stay."""
         self.evaluator.reset()
         self.pipeline.readings.joiner.clear()
+        if self.pipeline.odometry is not None:
+            self.pipeline.odometry.clear()
         self.result = None
 
     def _warm_up(self) -> None:

@@ -19,6 +19,7 @@ from hybrid_dynamics_core.dynamics.reactions import PinReaction
 from ..messages.cdr import MessageTemplate
 from ..messages.link_transforms import LinkTransforms
 from ..parameters import TF_RATE, NodeSettings, Parameter
+from .floating.base import floating_base
 from .frames import FrameNames, frame_names
 from .joint_topics import JointStates, MeasuredEfforts, RequiredEfforts
 from .output_topic import Message, OutputTopic, Rows
@@ -104,6 +105,26 @@ class EndEffectorTwist(OutputTopic):
         state = result.state
         twist = self._robot.jacobian(state) @ state.du[..., None]
         return self._template, (twist,)
+
+
+class BaseWrench(OutputTopic):
+    """What acts on a floating base from outside, as contacts do, for the motion that it has.
+
+    Nothing before accelerations are known, or without odometry.
+    """
+
+    name, kind = "base_wrench", "geometry_msgs/msg/WrenchStamped"
+
+    def __init__(self, robot: Robot, names: FrameNames) -> None:
+        base = floating_base(robot)
+        link = "" if base is None else names.of(base.link)
+        self._template = MessageTemplate().header(link).slot("wrench", "<f8", 6)
+
+    def message(self, result: MotionResult) -> Message | None:
+        """Force, then moment about the origin of the link, in its axes."""
+        if result.base_wrench is None:
+            return None
+        return self._template, (result.base_wrench,)
 
 
 class LoopReactions(OutputTopic):
@@ -199,6 +220,7 @@ TOPICS: Final = (
     JointStates,
     RequiredEfforts,
     MeasuredEfforts,
+    BaseWrench,
     ClosedStates,
     EndEffectorPose,
     EndEffectorTwist,
@@ -214,6 +236,7 @@ def topics_of(robot: Robot, settings: NodeSettings) -> list[OutputTopic]:
         JointStates(robot),
         RequiredEfforts(robot),
         MeasuredEfforts(robot),
+        BaseWrench(robot, names),
         ClosedStates(robot),
         EndEffectorPose(names),
         EndEffectorTwist(robot, names),

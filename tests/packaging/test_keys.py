@@ -34,6 +34,7 @@ JAZZY = {
     "launch",
     "launch_ros",
     "lifecycle_msgs",
+    "nav_msgs",
     "rcl_interfaces",
     "rclpy",
     "rosidl_default_generators",

@@ -278,6 +278,11 @@ class Client:
         self._stamp_ns += round(after_s * 1e9)
         return self._stamp_ns
 
+    def advertise(self, kind, topic):
+        """Publishes a further topic, by its whole name; the node listens to it afterwards."""
+        publisher = self._publishers[topic] = self._node.create_publisher(kind, topic, 500)
+        wait_until(publisher.get_subscription_count, f"a subscription on {topic}")
+
     def publish(self, topic, message, stamp_ns):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
         self._publishers[topic].publish(message)

@@ -12,7 +12,7 @@ from hybrid_dynamics_core import InputError, Robot, SingularityError
 from hybrid_dynamics_ros.messages.joint_samples import OrderedMotion
 from hybrid_dynamics_ros.messages.link_transforms import LinkTransforms
 from hybrid_dynamics_ros.stream.evaluator import MotionEvaluator
-from hybrid_dynamics_ros.stream.first_charts import require_first_charts
+from hybrid_dynamics_ros.stream.floating.first_charts import require_first_charts
 from tests.laws.test_multi_dof import BALL, KNEE, crank_and_rocker, two_links
 from tests.sampling import examples
 
