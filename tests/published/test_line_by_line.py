@@ -22,7 +22,7 @@ from hybrid_dynamics_core.mechanism.configuration import given_configuration
 from tests.sampling import examples
 from tests.strategies import positions
 
-from .equations import CHU, STAICU
+from .equations import FIGURES, LAST, LAST_FIGURE, NOT_ON_RECORD, PAPERS
 from .test_forging_chu2020 import REFERENCE, ROWS, close_to, label
 from .test_staicu2015 import POSE, law
 from .test_staicu2015 import REFERENCE as STAICU_REFERENCE
@@ -208,13 +208,52 @@ def test_the_script_names_its_parts(run: Any, capsys: pytest.CaptureFixture[str]
     assert "there is no part 'closure': classes, tables" in capsys.readouterr().err
 
 
-def test_the_page_has_the_table_of_equations() -> None:
-    chu_part, staicu_part = PAGE.split("\n## Staicu (2015)\n")
-    row = re.compile(r"^\| ((?:below )?\(\d+\)(?: to \(\d+\))?) \| ([^|]+) \|", re.MULTILINE)
-    for part, paper in ((chu_part, CHU), (staicu_part, STAICU)):
-        rows = row.findall(part)
-        shown = {re.sub(r"[()]", "", number): what for number, what in rows}
-        assert shown == {number: equation.what for number, equation in paper.items()}
+ROW = re.compile(r"^\| ((?:below )?\(\d+\)(?: to \(\d+\))?) \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
+FIGURE_ROW = re.compile(r"^\| (\d[\d, to]*) \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
+GIVES = re.compile(r"`[^`]+`|\[[^]]+\]\([^)]+\)|the same")  # code of the library, or a place to read
+
+
+def part_of(paper: str) -> str:
+    """What the page has of a paper."""
+    first, second = PAGE.split("\n## Staicu (2015)\n")
+    return {"Chu": first, "Staicu": second}[paper]
+
+
+def numbers(name: str) -> list[int]:
+    """Those of `3`, `3 to 5`, `3, 5` and `below 3`."""
+    first, *last = map(int, re.findall(r"\d+", name))
+    return [*range(first, last[0] + 1)] if " to " in name else [first, *last]
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_page_has_the_table_of_equations(paper: str) -> None:
+    rows = ROW.findall(part_of(paper))
+    shown = {re.sub(r"[()]", "", number): what for number, what, _ in rows}
+    assert shown == {number: equation.what for number, equation in PAPERS[paper].items()}
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_every_equation_has_a_row_and_what_gives_it(paper: str) -> None:
+    every = {number for name in PAPERS[paper] for number in numbers(name)}
+    assert every == set(range(1, LAST[paper] + 1))
+    for number, _, gives in ROW.findall(part_of(paper)):
+        assert GIVES.search(gives), number
+
+
+@pytest.mark.parametrize("paper", FIGURES)
+def test_every_figure_has_a_row_and_what_gives_it(paper: str) -> None:
+    rows = FIGURE_ROW.findall(part_of(paper))
+    assert {number: what for number, what, _ in rows} == FIGURES[paper]
+    every = sorted(number for name, _, _ in rows for number in numbers(name))
+    assert every == [*range(1, LAST_FIGURE + 1)]
+    assert all(GIVES.search(gives) for _, _, gives in rows)
+
+
+def test_what_is_not_on_record_cannot_be_cited() -> None:
+    for equations in PAPERS.values():
+        for number, equation in equations.items():
+            if equation.what.startswith(NOT_ON_RECORD):
+                assert not re.search(equation.beside, f"whatever (Eq. {number}) says"), number
 
 
 def test_the_page_shows_every_part() -> None:
