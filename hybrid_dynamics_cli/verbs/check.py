@@ -163,6 +163,11 @@ def remarks(machine: Robot) -> list[str]:
     notes = [note for note in description.notes if note not in description.warnings]
     notes += narrowed(machine)
     notes += _distant_angles(machine, state)
+    if machine.measured_at_reference:
+        notes.append(
+            "no link of its loops has a length and no slide limits: distances to singularities are"
+            " measured by the loops' size at the reference, and depend on it"
+        )
     distance = float(state.singularity)
     if distance < SMALL:
         loop = state.singular_loop

@@ -1,28 +1,99 @@
-"""Lengths that make loop equations dimensionless; they do not depend on the choice of frames."""
+"""Lengths that make loop equations dimensionless: of the mechanism, and of nothing else."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 
+from ..description.model import RobotDescription
 from ..mechanism.configuration import Configuration
+from ..mechanism.tree import Tree
 from .constraints.equations import LoopEquations
+from .fixed_distances import FixedDistances
 
-NO_LENGTH = 1e-9  # share of the longest loop below which an extent is rounding
+NO_LENGTH = 1e-9  # share of the longest loop below which a length is rounding
+Together = Sequence[Sequence[LoopEquations]]
 
 
-def measure(loops: Sequence[LoopEquations], configuration: Configuration) -> None:
-    """Set the length of each loop to its extent, or to the longest extent if it has none.
+def measure(
+    tree: Tree,
+    robot: RobotDescription,
+    loops: Sequence[LoopEquations],
+    together: Together,
+    reference: Configuration,
+) -> None:
+    """Give each loop its length; loops that are solved together have one.
+
+    It is the largest fixed distance of their joints and pins. Where they have none, it is the first
+    of these that there is: the largest of all loops, the longest stroke within limits of their
+    slides, their largest extent at the reference, 1 m.
 
     Args:
+        tree: the spanning tree.
+        robot: its description.
         loops: the loops of a mechanism.
-        configuration: a closed configuration, floats.
+        together: those of them that are solved together, block by block.
+        reference: a closed configuration, floats.
     """
-    extents = [loop.extent(configuration) for loop in loops]
-    longest = max(extents, default=0.0)
-    for loop, extent in zip(loops, extents, strict=True):
-        if not loop.has_length:
-            continue
-        if extent > NO_LENGTH * longest:
-            loop.length = extent
-        else:
-            loop.length = longest or 1.0
+    distances = FixedDistances(tree, robot)
+    measurable = [loop for loop in loops if loop.has_length]
+    groups = _joined(measurable, together)
+    fixed = [distances.largest({loop.name for loop in group}) for group in groups]
+    least = NO_LENGTH * max(fixed, default=0.0)
+    for group, distance in zip(groups, fixed, strict=True):
+        length = distance
+        if distance <= least:
+            length = _common_length(tree, distances, measurable, reference)
+        for loop in group:
+            loop.length = length
+
+
+def measured_at_reference(
+    tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations]
+) -> bool:
+    """Whether the lengths of loops are those at the reference, for want of fixed ones."""
+    measurable = [loop for loop in loops if loop.has_length]
+    held = {k for loop in measurable for k in loop.coordinates}
+    if not any(tree.is_revolute(k) for k in held):
+        return False
+    return not (FixedDistances(tree, robot).largest() or _longest_stroke(tree, measurable))
+
+
+def _joined(loops: Sequence[LoopEquations], together: Together) -> list[list[LoopEquations]]:
+    """Groups of loops that share a block, or the closure whose equations they are."""
+    groups: list[list[LoopEquations]] = []
+    by_name: dict[str, list[LoopEquations]] = {}
+    for loop in loops:
+        by_name.setdefault(loop.name, []).append(loop)
+    for block in (*together, *by_name.values()):
+        joined = [loop for loop in block if loop in loops]
+        apart: list[list[LoopEquations]] = []
+        for group in groups:
+            if any(loop in joined for loop in group):
+                joined += [loop for loop in group if loop not in joined]
+            else:
+                apart.append(group)
+        groups = [*apart, joined]
+    return [group for group in groups if group]
+
+
+def _common_length(
+    tree: Tree,
+    distances: FixedDistances,
+    loops: Sequence[LoopEquations],
+    reference: Configuration,
+) -> float:
+    """The length of loops that have none of their own [m]."""
+    length = distances.largest() or _longest_stroke(tree, loops)
+    return length or max(loop.extent(reference) for loop in loops) or 1.0
+
+
+def _longest_stroke(tree: Tree, loops: Iterable[LoopEquations]) -> float:
+    """The longest way between limits of the slides in loops [m]; 0 where none has limits."""
+    held = {k for loop in loops for k in loop.coordinates}
+    longest = 0.0
+    for body in tree.bodies:
+        lower, upper = body.limits
+        if body.coordinate in held and not body.is_revolute and math.isfinite(upper - lower):
+            longest = max(longest, upper - lower)
+    return longest

@@ -94,7 +94,8 @@ def build_plan(
     for block in blocks:
         branch.append(choose_branch(robot, block, context, configuration, guess))  # noqa: PERF401
     _require_closed(tree, robot, loops, configuration)
-    measure(all_loops(loops, blocks), configuration)
+    together = [loops_of(block.equations) for block in blocks]
+    measure(tree, robot, all_loops(loops, blocks), together, configuration)
     # a reference that differs from the file's has a note of its own
     if of_active and robot.active_set == "exact":
         _require_limits(tree, robot, configuration)

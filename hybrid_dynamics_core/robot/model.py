@@ -11,6 +11,7 @@ import numpy as np
 from ..algebra.charts import LEAVE, angles_in
 from ..closed_state.assembly_modes import mode_names
 from ..closure.limit_range import limited_range
+from ..closure.loop_length import measured_at_reference
 from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
 from ..closure.plan import ClosurePlan, build_plan
 from ..closure.printed_numbers import snapped
@@ -128,6 +129,11 @@ class RobotModel:
             loop = equation.loop.name
             counts[loop] = counts.get(loop, 0) + 1
         return MappingProxyType(counts)
+
+    @lazy
+    def measured_at_reference(self) -> bool:
+        """Whether the lengths of the loops are those at the reference."""
+        return measured_at_reference(self.tree, self.description, self.plan.loops)
 
     @lazy
     def mode_names(self) -> Mapping[str, tuple[str, ...]]:

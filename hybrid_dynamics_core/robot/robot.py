@@ -126,6 +126,15 @@ class Robot:
         return self._model.redundant_equations
 
     @property
+    def measured_at_reference(self) -> bool:
+        """Whether distances to singularities depend on the reference.
+
+        They do where no link of a loop has a length, and no slide limits: only the reference has a
+        length that radians can be compared with.
+        """
+        return self._model.measured_at_reference
+
+    @property
     def reference(self) -> Array:
         """Active coordinates (n,) of the description's reference configuration [rad, m]."""
         return self._model.reference

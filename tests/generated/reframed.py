@@ -46,6 +46,24 @@ def reframed(
     for joint in robot.joints.values():
         moves[joint.child] = _child_move(joint, rng)
     zeros = {name: float(rng.uniform(-farthest, farthest)) for name in robot.joints}
+    return _in_words(robot, moves, zeros), zeros
+
+
+def with_zeros(robot: RobotDescription, zeros: dict[str, float]) -> RobotDescription:
+    """The robot with other zeros, its frames as they are at the new ones.
+
+    Args:
+        robot: the robot.
+        zeros: by joint the old coordinate at the new zero [rad or m].
+    """
+    still = Move(np.eye(3), np.zeros(3))
+    return _in_words(robot, dict.fromkeys([robot.base, *robot.links], still), zeros)
+
+
+def _in_words(
+    robot: RobotDescription, moves: dict[str, Move], zeros: dict[str, float]
+) -> RobotDescription:
+    """The robot with its frames moved, and other zeros."""
     joints = {}
     for name, joint in robot.joints.items():
         joints[name] = _joint(joint, moves, zeros[name])
@@ -63,7 +81,7 @@ def reframed(
     effects = {}
     for name, effect in robot.effects.items():
         effects[name] = replace(effect, rest=effect.rest - zeros[name])
-    changed = replace(
+    return replace(
         robot,
         gravity=moves[robot.base].turned(robot.gravity),
         links={name: _link(link, moves[name]) for name, link in robot.links.items()},
@@ -74,7 +92,6 @@ def reframed(
         mimics=mimics,
         effects=effects,
     )
-    return changed, zeros
 
 
 def random_rotation(rng: np.random.Generator) -> np.ndarray:

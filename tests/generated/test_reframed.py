@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import DescriptionError, Robot
 from tests.generated.case import Case
-from tests.generated.reframed import reframed
+from tests.generated.class_three import class_three
+from tests.generated.reframed import reframed, with_zeros
 from tests.generated.robots import STATES, examples, robots, scaled
 
 
 @examples(40)
 @given(robots(), STATES, st.integers(0, 10**6))
 def test_distances_and_efforts_do_not_depend_on_frames(case: Case, seed: int, frames: int) -> None:
+    """Nor on the reference: the other robot has one elsewhere."""
     description, zeros = reframed(case.description, frames)
-    other = Robot(description)
     shift = np.array([zeros[name] for name in case.robot.coordinates])
+    elsewhere = case.somewhere(seed + 1) - shift
+    reference = dict(zip(case.robot.coordinates, elsewhere.tolist(), strict=True))
+    other = Robot(replace(description, reference=reference))
     s, du = case.somewhere(seed), case.rates(seed)
     n = case.n
     state = case.robot.close(s[:n], du, near=case.robot.close(case.start[:n]))
-    there = other.close(s[:n] - shift[:n], du, near=other.close(case.start[:n] - shift[:n]))
+    start = other.close(case.start[:n] - shift[:n], near=other.close(elsewhere[:n]))
+    there = other.close(s[:n] - shift[:n], du, near=start)
     margin = float(state.singularity)
     np.testing.assert_allclose(there.s + shift, state.s, atol=1e-9 / margin)
     np.testing.assert_allclose(there.distances, state.distances, atol=1e-9 / margin)
@@ -44,3 +51,43 @@ def test_distances_do_not_depend_on_the_size(case: Case, seed: int, factor: floa
     way = np.linspace(start.u, scales[:n] * s[:n], 40)
     there = other.close_path(way, near=start).rows(-1)
     np.testing.assert_allclose(there.distances, state.distances, atol=1e-9 / state.singularity)
+
+
+def named_modes(case: Case) -> Case:
+    """The robot with the assembly modes of its reference named in the file."""
+    branch = case.robot.close(case.start[: case.n]).branch
+    closures = []
+    for closure in case.description.closures:
+        mode = closure.assembly
+        if mode is None and closure.name in case.robot.mode_names:
+            mode = branch[closure.name]
+        closures.append(replace(closure, assembly=mode))
+    return Case(case.label, replace(case.description, closures=tuple(closures)))
+
+
+@examples(16)
+@given(class_three(), st.integers(0, 10**6))
+def test_without_a_reference_distances_do_not_depend_on_zeros(case: Case, zeros: int) -> None:
+    """No reference is written: that which is taken has the driven joints at zero."""
+    case = named_modes(case)
+    rng = np.random.default_rng(zeros)
+    others = []
+    for _ in range(2):
+        places = case.start + rng.uniform(-0.05, 0.05, len(case.start))
+        zero = dict(zip(case.robot.coordinates, places.tolist(), strict=True))
+        description = with_zeros(case.description, zero)
+        try:
+            others.append((Robot(replace(description, reference={})), places))
+        except DescriptionError:  # it does not close with its driven joints at zero
+            assume(False)
+    states = []
+    for other, places in others:
+        state = other.close((case.start - places)[: case.n])
+        states.append(state)
+        # a Newton block may have taken another mode from zero
+        assume(np.allclose(state.s + places, case.start, atol=1e-6))
+    one, another = states
+    atol = 1e-9 / float(one.singularity)
+    np.testing.assert_allclose(one.distances, another.distances, atol=atol)
+    here = case.robot.close(case.start[: case.n])
+    np.testing.assert_allclose(one.distances, here.distances, atol=atol)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot
+from tests.cli.calling import call
 from tests.hard_cases.linkages import robot
 
 LEGS = """\
@@ -44,9 +47,71 @@ def legs(x: float, y: float) -> Robot:
 def test_the_place_of_the_base_is_a_choice_of_words(place: tuple[float, float]) -> None:
     machine = legs(*place)
     state = machine.close(machine.reference)
-    # rows of J_z by hand: along each leg, over its length squared
+    # rows of J_z by hand: along each leg, over the square of one length, that of the base
     along = np.array([0.3, 0.3, 0.8]) - np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    rows = along / np.sum(along**2, axis=1, keepdims=True)
-    distance = 3.0 / (np.linalg.norm(rows) * np.linalg.norm(np.linalg.inv(rows)))
+    distance = 3.0 / (np.linalg.norm(along) * np.linalg.norm(np.linalg.inv(along)))
     assert state.singularity == pytest.approx(distance, abs=1e-9)  # rounding at 2e4 m
     assert len(machine.assembly_modes(machine.reference)) == 2
+
+
+# a point on two slides, and a rod that turns about the origin and slides to the point
+ROD = """\
+format: 1
+name: rod
+links: {{base: {{}}, sx: {{}}, p: {{mass: 1}}, turned: {{}}, rod: {{mass: 1}}}}
+joints:
+  x: {{type: prismatic, parent: base, child: sx, axis: x{limits}}}
+  y: {{type: prismatic, parent: sx, child: p, axis: y}}
+  q: {{type: revolute, parent: base, child: turned, axis: z}}
+  d: {{type: prismatic, parent: turned, child: rod, axis: x}}
+closures:
+  pin: {{kind: planar, assembly: extended, between: {{rod: [0, {offset}, 0], p: [0, 0, 0]}}}}
+active: [x, y]
+end_effector: {{link: p}}
+reference: {{x: {x}, y: {y}}}
+"""
+
+
+def rod(x: float, y: float, *, offset: float = 0.0, limits: str = "") -> Robot:
+    """The rod with its reference; the point is beside the rod by an offset [m]."""
+    return robot(ROD.format(x=x, y=y, offset=offset, limits=limits))
+
+
+def distance_of_rod(length: float, over: float) -> float:
+    """By hand, of q and d with the length of the loop: the columns stand at right angles."""
+    ratio = length / over
+    return 2.0 * ratio / (1.0 + ratio**2)
+
+
+@pytest.mark.parametrize("reference", [(0.3, 0.4), (1.2, -0.5)])
+def test_an_offset_across_a_slide_is_a_length(reference: tuple[float, float]) -> None:
+    """A rod that does not pass through its pivot: only its slide's place is free."""
+    machine = rod(*reference, offset=0.2)
+    state = machine.close([0.6, 0.8])
+    # the point is 1 m from the pivot; along the rod that is the root of 1 - 0.2^2
+    along = np.sqrt(1.0 - 0.2**2)
+    rows = np.array([[-0.2, 1.0], [along, 0.0]]) / 0.2
+    rows[:, 1] *= 0.2
+    distance = 2.0 * abs(np.linalg.det(rows)) / np.sum(rows**2)
+    assert state.singularity == pytest.approx(distance, abs=1e-12)
+    assert not machine.measured_at_reference
+
+
+@pytest.mark.parametrize("reference", [(0.3, 0.4), (1.2, -0.5)])
+def test_without_lengths_a_stroke_is_one(reference: tuple[float, float]) -> None:
+    machine = rod(*reference, limits=", limits: [-1, 2]")
+    state = machine.close([0.6, 0.8])
+    assert state.singularity == pytest.approx(distance_of_rod(1.0, 3.0), abs=1e-12)
+    assert not machine.measured_at_reference
+
+
+def test_without_any_length_the_reference_is_one_and_check_says_so(tmp_path: Path) -> None:
+    machine = rod(0.3, 0.4)
+    state = machine.close([0.6, 0.8])
+    assert state.singularity == pytest.approx(distance_of_rod(1.0, 0.5), abs=1e-12)
+    assert machine.measured_at_reference
+    file = tmp_path / "rod.yaml"
+    file.write_text(ROD.format(x=0.3, y=0.4, offset=0.0, limits=""), encoding="utf-8")
+    assert "no link of its loops has a length" in call("check", str(file)).stdout
+    file.write_text(ROD.format(x=0.3, y=0.4, offset=0.2, limits=""), encoding="utf-8")
+    assert "has a length" not in call("check", str(file)).stdout

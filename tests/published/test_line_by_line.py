@@ -208,9 +208,13 @@ def test_the_script_names_its_parts(run: Any, capsys: pytest.CaptureFixture[str]
     assert "there is no part 'closure': classes, tables" in capsys.readouterr().err
 
 
-ROW = re.compile(r"^\| ((?:below )?\(\d+\)(?: to \(\d+\))?) \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
+ROW = re.compile(
+    r"^\| ((?:below )?\(\d+\)(?: to \(\d+\))?) \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE
+)
 FIGURE_ROW = re.compile(r"^\| (\d[\d, to]*) \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
-GIVES = re.compile(r"`[^`]+`|\[[^]]+\]\([^)]+\)|the same")  # code of the library, or a place to read
+GIVES = re.compile(
+    r"`[^`]+`|\[[^]]+\]\([^)]+\)|the same"
+)  # code of the library, or a place to read
 
 
 def part_of(paper: str) -> str:

@@ -35,7 +35,7 @@ class LoopEquations(ABC):
 
     Attributes:
         name: name of the closure.
-        length: a length [m] that makes the equations dimensionless: the `extent` at the reference.
+        length: a length [m] that makes the equations dimensionless, by closure/loop_length.py.
         involved: per equation, the coordinates it can depend on.
     """
 
@@ -67,7 +67,7 @@ class LoopEquations(ABC):
     def extent(self, configuration: Configuration) -> float:
         """Largest distance [m] between joint axes and pins of the loop; 0 where it has none.
 
-        It does not depend on frame origins or joint zeros. The configuration holds floats.
+        No origin of a frame changes it. The configuration holds floats.
         """
         return 0.0
 

@@ -12,6 +12,7 @@ from .compiler.compiled import Body
 
 NEGLIGIBLE = 1e-9  # [kg, kg m^2] counts as zero, since MuJoCo requires a mass of moving bodies
 _SAME = 1e-9  # relative
+_RAISED = NEGLIGIBLE * (1.0 + 1e-6)  # a body that is raised by no more has what is written
 
 
 def mass_entry(body: Body, name: str, xml: XmlReader, element: LocatedElement) -> Data:
@@ -44,6 +45,6 @@ def mass_entry(body: Body, name: str, xml: XmlReader, element: LocatedElement) -
 def _is_as_written(body: Body, moments: Array) -> bool:
     """Whether a body has the mass and principal moments of its <inertial>."""
     mass, *written = body.written
-    apart = np.abs(moments - written).max()
-    near = apart <= _SAME * float(np.abs(moments).max())
-    return bool(near) and abs(body.mass - mass) <= _SAME * body.mass
+    apart = float(np.abs(moments - written).max())
+    allowed = max(_SAME * float(np.abs(moments).max()), _RAISED)
+    return apart <= allowed and abs(body.mass - mass) <= max(_SAME * body.mass, _RAISED)

@@ -33,7 +33,7 @@ from .pulling_tendons import PullingTendons
 from .settings import Settings
 from .several_freedoms import WIDTHS, pose_in_keyframe
 from .tendons import TendonReader
-from .vocabulary import ADVICE, MJCF
+from .vocabulary import ADVICE, FOR_MUJOCO, MJCF
 
 
 def mjcf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OPTIONS) -> Document:
@@ -62,7 +62,7 @@ def mjcf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OP
     open_includes(xml, packages)
     flexes = leave_out_flexes(xml)
     attached = AttachedModels(xml, packages)
-    check = VocabularyCheck(xml, MJCF, ADVICE)
+    check = VocabularyCheck(xml, MJCF, ADVICE, _ours(root))
     for model in (root, *attached.roots.values()):
         check.check(model)
     check.add_notes()
@@ -74,6 +74,14 @@ def mjcf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OP
     if "end_effector" not in document.data:
         document.data["end_effector"] = {"link": farthest_link(document)}
     return document
+
+
+def _ours(root: LocatedElement) -> frozenset[str]:
+    """Words that no note tells of: in a file of this library those that it writes for MuJoCo."""
+    texts = [text for custom in root.all("custom") for text in custom.all("text")]
+    if any(text.get("name") == TAG for text in texts):
+        return FOR_MUJOCO
+    return frozenset()
 
 
 class _MjcfReader:
@@ -183,9 +191,10 @@ class _MjcfReader:
             for key in keyframe.all("key"):
                 if key is not self.model.key:
                     self.xml.note(key, "<key> is left out; the first with qpos is the reference")
-        reference = self.drawn()
         if self.model.content.key:
             reference = self.coordinates(self.model.content.key)
+        else:
+            reference = self.drawn()
         reference.update(lengths)
         for name, joint in self.document.section("joints").items():
             if joint["type"] == "fixed":

@@ -9,6 +9,18 @@ from __future__ import annotations
 
 from ..xml.vocabulary import Vocabulary, vocabulary
 
+# what `writer` writes for MuJoCo alone: pictures, and settings of its solver
+FOR_MUJOCO = frozenset(
+    {
+        "geom",
+        "option.timestep",
+        "option.integrator",
+        "flag.contact",
+        "connect.solref",
+        "connect.solimp",
+        "key.ctrl",
+    }
+)
 ADVICE = "; it may change the robot, so it is not passed over: take it out"
 DRIVES = "general motor position velocity intvelocity pid damper cylinder muscle dcmotor plugin"
 _ORIENTATIONS = "quat euler axisangle xyaxes zaxis"

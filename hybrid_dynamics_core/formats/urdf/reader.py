@@ -20,6 +20,7 @@ from ..xacro.expand import expand_xacro, is_xacro_name
 from ..xml.located_xml import LocatedElement, read_xml
 from ..xml.reader import XmlReader
 from .closing_joints import ClosingJoints
+from .cut_loops import note_cut_loops
 from .gazebo import read_gazebo
 from .gazebo_joints import GazeboJoints
 from .joints import JointReader
@@ -87,6 +88,7 @@ def add_urdf(
     note_untied(xml)
     xml.note_collected()
     if is_alone:
+        note_cut_loops(xml)
         _add_active(xml, drives.motors)
     return root.get("name", file.stem)
 

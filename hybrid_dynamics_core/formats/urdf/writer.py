@@ -18,6 +18,7 @@ from .. import shapes
 from ..extras_writer import Feature, extras_of, extras_summary
 from ..visual_elements import ROD
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
+from .cut_loops import NONE, comment_of
 from .joints import UNLIMITED
 from .visuals import VisualWriter
 
@@ -40,11 +41,11 @@ def to_urdf(robot: AnyRobot, folder: str | Path | None = None) -> str:
     """
     description = description_of(robot)
     root = tree_element(description, folder)
-    cut = ", ".join(closure.name for closure in description.closures) or "none"
+    cut = ", ".join(closure.name for closure in description.closures) or NONE
     omitted = extras_summary(extras_of(description, FEATURES))
     limits = limits_text(description)
     free = _free_followers(description)
-    insert_comment(root, f"Loops that are cut: {cut}. Not in this file: {omitted}.{limits}{free}")
+    insert_comment(root, f"{comment_of(cut, omitted)}{limits}{free}")
     return xml_text(root)
 
 

@@ -15,7 +15,7 @@ from ...errors import DescriptionError
 
 MAX_ELEMENTS = 200_000
 MAX_DEPTH = 50
-_COMMENT = re.compile(r"<!--.*?-->|<!\[CDATA\[.*?\]\]>", re.DOTALL)
+_COMMENT = re.compile(r"<!--(.*?)-->|<!\[CDATA\[.*?\]\]>", re.DOTALL)
 
 
 @dataclass
@@ -29,6 +29,7 @@ class LocatedElement:
         children: elements inside it.
         text: text directly inside it.
         file: its file.
+        comment: the first one of the file, where it is the root.
     """
 
     tag: str
@@ -37,6 +38,7 @@ class LocatedElement:
     children: list[LocatedElement] = field(default_factory=list)
     text: str = ""
     file: Path | None = None
+    comment: str = ""
 
     def get(self, attribute: str, default: str = "") -> str:
         """The text of an attribute."""
@@ -72,6 +74,9 @@ def parse_xml(text: str, path: Path) -> LocatedElement:
     except expat.ExpatError as error:
         problem = f"not valid XML: {expat.ErrorString(error.code)}"
         raise DescriptionError(problem, file=path, line=error.lineno) from error
+    comment = _COMMENT.search(text)
+    if comment is not None:
+        parser.root.comment = (comment[1] or "").strip()
     return parser.root
 
 

@@ -57,12 +57,21 @@ class VocabularyCheck:
         xml: the file.
         table: vocabularies by tag, or by the parent's tag and the element's (`a/b`).
         advice: end of every message.
+        ours: elements, and attributes as `TAG.NAME`, that this library has written into the file
+            for other programs. They get no note.
     """
 
-    def __init__(self, xml: XmlReader, table: Mapping[str, Vocabulary], advice: str) -> None:
+    def __init__(
+        self,
+        xml: XmlReader,
+        table: Mapping[str, Vocabulary],
+        advice: str,
+        ours: frozenset[str] = frozenset(),
+    ) -> None:
         self.xml = xml
         self.table = table
         self.advice = advice
+        self.ours = ours
         self.omitted_elements: dict[str, list[LocatedElement]] = {}  # by tag
         self.omitted_attributes: dict[str, dict[str, list[LocatedElement]]] = {}  # tag and name
 
@@ -114,6 +123,8 @@ class VocabularyCheck:
         for name, value in element.attributes.items():
             if name in covered.attributes or name == "xmlns" or ":" in name:
                 continue
+            if f"{element.tag}.{name}" in self.ours:
+                continue
             if name in covered.omitted:
                 elements_by_name = self.omitted_attributes.setdefault(element.tag, {})
                 elements_by_name.setdefault(name, []).append(element)
@@ -130,6 +141,8 @@ class VocabularyCheck:
         if tag in covered.fixed:
             shown = f"<{tag}> of <{element.tag}>"
             self._check_value(child, shown, child.text, covered.fixed[tag], key)
+            return
+        if tag in self.ours:
             return
         if tag in covered.omitted:
             self.omitted_elements.setdefault(tag, []).append(child)

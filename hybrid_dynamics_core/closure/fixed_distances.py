@@ -1,0 +1,209 @@
+"""Distances that no motion of a mechanism changes: between joints and pins on one link.
+
+Links that only slide on each other count as one. Of the distance of two places on them that part
+is left which the slides do not change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..algebra.independence import norm
+from ..description.model import Closure, RobotDescription
+from ..ground.arrays import Array
+from ..mechanism.tree import Body, Tree
+
+# sine of the angle between axes below which they count as parallel: numbers of files are rounded
+PARALLEL = 1e-6
+_POINT = np.zeros(3)  # the direction of a place that is no axis
+
+
+class Place(NamedTuple):
+    """An axis of a revolute joint, or a pin, on a link.
+
+    Attributes:
+        link: index of the link's body, -1 for the base.
+        point: a point of it, in the frame of the link (3,) [m].
+        direction: of the axis (3,); zero for a point.
+    """
+
+    link: int
+    point: Array
+    direction: Array
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """Where a link stands among those that only slide on it.
+
+    Attributes:
+        group: which links these are.
+        pose: of the link in the frame of the group, all slides at zero (4, 4).
+        slides: direction (3,) of each slide between them, by coordinate.
+    """
+
+    group: int
+    pose: Array
+    slides: Mapping[int, Array] = field(default_factory=dict)
+
+    def place(self, place: Place) -> Place:
+        """A place of the link, in the frame of the group."""
+        rotation, origin = self.pose[:3, :3], self.pose[:3, 3]
+        return Place(self.group, rotation @ place.point + origin, rotation @ place.direction)
+
+
+class FixedDistances:
+    """The joints and pins of every loop, and the largest fixed distance between some of them."""
+
+    def __init__(self, tree: Tree, robot: RobotDescription) -> None:
+        self._tree = tree
+        self._robot = robot
+        self._standings = _standings(tree, robot)
+        self._of_free_joints = _turns_of(tree, robot, "free")
+        self._of_balls = _turns_of(tree, robot, "ball")
+        self._closures = {closure.name: closure for closure in robot.closures}
+
+    def largest(self, names: Iterable[str] | None = None) -> float:
+        """The largest fixed distance [m] between joints and pins of some closures; 0 if none.
+
+        Args:
+            names: of the closures, None for all of them.
+        """
+        if names is None:
+            names = self._closures
+        places: dict[tuple[object, int], Place] = {}
+        for name in names:
+            if name in self._closures:
+                places.update(self._places(self._closures[name]))
+        pairs = combinations(places.values(), 2)
+        return max((self._between(a, b) for a, b in pairs), default=0.0)
+
+    def _places(self, closure: Closure) -> Iterator[tuple[tuple[object, int], Place]]:
+        """Joints and pin of a loop on either link that they join, by joint or pin and link."""
+        a = self._tree.body_index(closure.link_a)
+        b = self._tree.body_index(closure.link_b)
+        path_a, path_b, ancestor = self._tree.branches(a, b)
+        for k in path_a + path_b:
+            body = self._tree.bodies[k]
+            if body.is_revolute and body.coordinate not in self._of_free_joints:
+                axis = np.array(body.axis)
+                if body.coordinate in self._of_balls:
+                    axis = _POINT
+                yield (k, k), Place(k, np.zeros(3), axis)
+                on_parent = np.array(body.rotation) @ axis
+                yield (k, body.parent), Place(body.parent, np.array(body.translation), on_parent)
+        if closure.kind == "frame":
+            return
+        normal = self._common_axis(path_a + path_b, ancestor)
+        for link, frame in zip((a, b), closure.frames(), strict=True):
+            direction = frame.rotation[:, 2]
+            if closure.kind != "axis":
+                rotation, _ = self._tree.zero_pose(link, ancestor)
+                direction = rotation.T @ normal
+            yield (closure.name, link), Place(link, frame.translation, direction)
+
+    def _common_axis(self, path: list[int], ancestor: int) -> Array:
+        """The direction of all revolute joints of a loop, in an ancestor; zero without one."""
+        axes: list[Array] = []
+        for k in path:
+            body = self._tree.bodies[k]
+            if body.is_revolute:
+                rotation, _ = self._tree.zero_pose(k, ancestor)
+                axes.append(rotation @ np.array(body.axis))
+        if not axes or any(norm(np.cross(axes[0], axis)) > PARALLEL for axis in axes):
+            return _POINT
+        return axes[0]
+
+    def _between(self, a: Place, b: Place) -> float:
+        """The fixed distance of two places [m]; 0 where joints turn them against each other."""
+        standing_a = self._standings[a.link]
+        standing_b = self._standings[b.link]
+        if standing_a.group != standing_b.group:
+            return 0.0
+        _, point_a, direction_a = standing_a.place(a)
+        _, point_b, direction_b = standing_b.place(b)
+        slides = {**standing_a.slides, **standing_b.slides}
+        # those on the way to both are not between them
+        between = standing_a.slides.keys() ^ standing_b.slides.keys()
+        directions = [direction_a, direction_b, *(slides[k] for k in between)]
+        return _length_across(point_b - point_a, directions)
+
+
+def _length_across(vector: Array, directions: list[Array]) -> float:
+    """Length of a vector without its parts along some directions, unit vectors or zero."""
+    _, sizes, basis = np.linalg.svd(np.array(directions), full_matrices=False)
+    spanned = basis[sizes > PARALLEL]
+    return norm(vector - spanned.T @ (spanned @ vector))
+
+
+def _turns_of(tree: Tree, robot: RobotDescription, kind: str) -> frozenset[int]:
+    """The turning coordinates of all ball or of all free joints."""
+    coordinates: set[int] = set()
+    for joint, turns in zip(robot.freely_turning, tree.turns, strict=True):
+        if joint.type == kind:
+            coordinates.update(turns)
+    return frozenset(coordinates)
+
+
+def _pose(rotation: ArrayLike, origin: ArrayLike) -> Array:
+    """A pose as a matrix (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    pose[:3, 3] = origin
+    return pose
+
+
+def _standings(tree: Tree, robot: RobotDescription) -> dict[int, _Standing]:
+    """Where each link stands among those that only slide on it, or that are welded to it."""
+    standings = {-1: _Standing(-1, np.eye(4))}
+    for index, body in enumerate(tree.bodies):
+        standings[index] = _Standing(index, np.eye(4))
+        if not body.is_revolute:
+            standings[index] = _on_slide(standings[body.parent], body)
+    for closure in robot.closures:
+        if closure.kind == "frame":
+            first = tree.body_index(closure.link_a)
+            second = tree.body_index(closure.link_b)
+            poses = [_pose(frame.rotation, frame.translation) for frame in closure.frames()]
+            weld = poses[0] @ np.linalg.inv(poses[1])
+            standings.update(_welded(standings, first, second, weld))
+    return standings
+
+
+def _on_slide(parent: _Standing, body: Body) -> _Standing:
+    """A link on a slide of its parent."""
+    pose = parent.pose @ _pose(body.rotation, body.translation)
+    slide = pose[:3, :3] @ np.array(body.axis)
+    return _Standing(parent.group, pose, {**parent.slides, body.coordinate: slide})
+
+
+def _welded(
+    standings: Mapping[int, _Standing], first: int, second: int, weld: Array
+) -> dict[int, _Standing]:
+    """The links of the second link's group, standing in that of the first.
+
+    Args:
+        standings: of all links.
+        first: a link.
+        second: one of another group.
+        weld: pose of the second in the first (4, 4).
+    """
+    one, other = standings[first], standings[second]
+    if one.group == other.group:
+        return {}
+    move = one.pose @ weld @ np.linalg.inv(other.pose)
+    result: dict[int, _Standing] = {}
+    for link, standing in standings.items():
+        if standing.group == other.group:
+            slides = dict(one.slides)
+            directions = {**other.slides, **standing.slides}
+            for k in other.slides.keys() ^ standing.slides.keys():
+                slides[k] = move[:3, :3] @ directions[k]
+            result[link] = _Standing(one.group, move @ standing.pose, slides)
+    return result
