@@ -43,13 +43,13 @@ def test_a_plain_urdf_says_which_loops_were_cut(name: str, tmp_path: Path) -> No
 
 def test_what_others_add_to_such_a_file_is_noted(tmp_path: Path) -> None:
     """Only the words that this library writes go without a note, and only in its own files."""
-    text = write(robot("ankle"), "urdf+", tmp_path).read_text(encoding="utf-8")
-    edited = text.replace("<visual>", "<collision/><visual>", 1)
-    (note,) = read_back(edited, tmp_path).description.notes
-    assert "<collision> of <link> is left out" in note
-    foreign = to_urdf(robot("ankle")).replace("Loops that are cut", "Loops")
-    (note,) = read_back(foreign, tmp_path).description.notes
-    assert "<visual> of <link> is left out" in note
+    text = write(robot("ankle"), "mjcf", tmp_path).read_text(encoding="utf-8")
+    edited = text.replace("<option ", '<option tolerance="1e-8" ', 1)
+    (note,) = read_back(edited, tmp_path, "robot.xml").description.notes
+    assert note.startswith("tolerance of <option> is left out")
+    foreign = text.replace('name="hybrid_dynamics"', 'name="others"')
+    notes = read_back(foreign, tmp_path, "robot.xml").description.notes
+    assert any(note.startswith("timestep, integrator of <option> are left out") for note in notes)
 
 
 def test_a_tree_has_no_loops_that_were_cut(tmp_path: Path) -> None:

@@ -18,7 +18,6 @@ from ...robot.taken import AnyRobot, description_of
 from .. import shapes
 from ..extras_reader import TAG
 from ..extras_writer import extras_of, extras_summary, extras_text
-from ..urdf.cut_loops import BESIDE
 from ..urdf.writer import FEATURES, add_frame, tree_element
 from ..xml.writer import insert_comment, xml_text
 
@@ -29,6 +28,7 @@ _PAIR_TYPES = {
     "axis": "3d",
     "frame": "6d",
 }
+_URDF_COMMENT = "The tree of a robot; its loops are in the robot.yaml beside it."
 
 
 class Pair(NamedTuple):
@@ -67,7 +67,7 @@ def to_gepetto(robot: AnyRobot, folder: str | Path | None = None) -> Pair:
         "joint_type": [],
         TAG: {"pairs": pairs.names, **extras},
     }
-    insert_comment(root, BESIDE)
+    insert_comment(root, _URDF_COMMENT)
     comment = (
         f"# {description.name}: pairs of frames that close the loops of the URDF beside this file,"
         f" and the motors.\n# {TAG}: what pairs have no words for: {extras_summary(extras)}.\n"

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from ..xml.vocabulary import Vocabulary, vocabulary
 
-# what `writer` writes for MuJoCo alone: pictures, and settings of its solver
+# settings of the solver that `writer` writes for MuJoCo alone
 FOR_MUJOCO = frozenset(
     {
-        "geom",
         "option.timestep",
         "option.integrator",
         "flag.contact",

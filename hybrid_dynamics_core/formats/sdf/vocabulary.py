@@ -15,7 +15,6 @@ from ..xml.reader import XmlReader
 from ..xml.vocabulary import Vocabulary, VocabularyCheck, vocabulary
 from .versions import CONVERT, NAMED_FRAMES, Version
 
-_FOR_PICTURES = frozenset({"visual"})  # what `writer` writes besides what is read
 _ADVICE = f"; it may change the robot, so it is not passed over: take it out ({CONVERT})"
 _OMITTED = (
     "collision sensor projector audio_sink audio_source battery light particle_emitter"
@@ -119,10 +118,7 @@ def _check_names(xml: XmlReader, model: LocatedElement, version: Version) -> Non
 
 
 def _check(xml: XmlReader, table: dict[str, Vocabulary], element: LocatedElement) -> None:
-    ours = frozenset[str]()
-    if any(child.tag.endswith(f":{TAG}") for child in element.children):
-        ours = _FOR_PICTURES
-    check = VocabularyCheck(xml, table, _ADVICE, ours)
+    check = VocabularyCheck(xml, table, _ADVICE)
     check.check(element)
     check.add_notes()
 

@@ -1,15 +1,12 @@
-"""The comment at the top of a URDF that this library wrote: where its loops are."""
+"""The comment of a plain URDF that this library wrote: which loops are cut in it."""
 
 from __future__ import annotations
 
 import re
 
-from ..extras_reader import TAG
-from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 
 NONE = "none"
-BESIDE = "The tree of a robot; its loops are in the robot.yaml beside it."
 _COMMENT = re.compile(r"Loops that are cut: (.*?)\. Not in this file: ")
 
 
@@ -21,13 +18,6 @@ def comment_of(cut: str, omitted: str) -> str:
         omitted: what else URDF has no words for.
     """
     return f"Loops that are cut: {cut}. Not in this file: {omitted}."
-
-
-def is_ours(root: LocatedElement) -> bool:
-    """Whether this library wrote a URDF or URDF+."""
-    if root.first(TAG) is not None or root.comment == BESIDE:
-        return True
-    return _COMMENT.match(root.comment) is not None
 
 
 def note_cut_loops(xml: XmlReader) -> None:

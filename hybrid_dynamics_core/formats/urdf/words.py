@@ -14,7 +14,6 @@ from ..extras_reader import TAG
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from ..xml.vocabulary import Vocabulary, vocabulary
-from .cut_loops import is_ours
 
 _POSE = vocabulary("xyz rpy quat_xyzw")
 _DIRECTION = vocabulary("xyz")
@@ -87,7 +86,6 @@ _SEVERAL = frozenset(
 )
 _NAMED = frozenset({"link", "joint", "loop", "coupling", "constraint"})
 _NOTHING = vocabulary()
-_FOR_PICTURES = frozenset({"<visual> of <link>"})  # what this library writes besides what it reads
 _VERSIONS = ("", "1", "1.0", "1.1", "1.2")
 _MAX_SHOWN = 20  # characters of a text
 
@@ -109,9 +107,6 @@ class WordCheck:
 
     def __init__(self, xml: XmlReader) -> None:
         self.xml = xml
-        self.ours = frozenset[str]()
-        if is_ours(xml.root):
-            self.ours = _FOR_PICTURES
         self.places: dict[str, _Place] = {}
 
     def check(self) -> None:
@@ -190,8 +185,6 @@ class WordCheck:
                 raise self.xml.error(element, key or (element.tag,), f"{shown} is not known{hint}")
 
     def _omit(self, element: LocatedElement, words: str) -> None:
-        if words in self.ours:
-            return
         place = self.places.setdefault(words, _Place(element))
         place.count += 1
 
