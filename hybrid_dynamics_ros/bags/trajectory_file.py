@@ -1,4 +1,4 @@
-"""Joints over time from a file: CSV, .npz, what `simulate` saves."""
+"""Trajectories from files: CSV, .npz, and results of `simulate`."""
 
 from __future__ import annotations
 
@@ -23,41 +23,41 @@ from .errors import BagError, wrong_kind
 TRAJECTORY: Final = (
     "a trajectory (CSV with the columns time and JOINT, or .npz, as `simulate --save` writes them)"
 )
-# Of the names of each part the first is written now, the others by earlier versions.
+# Names of each part: the first is current, the others are of earlier versions.
 _TIMES: Final = ("time", "t", "time [s]")
-# what follows a joint's name in the name of a column
+# suffixes of a joint's name in names of columns
 _SUFFIXES: Final = {
     "position": ("",),
     "velocity": (".velocity", ".rate"),
     "effort": (".effort",),
     "acceleration": (".acceleration",),
 }
-# arrays (N, n) of a .npz
+# names of arrays (N, n) of a .npz
 _ARRAYS: Final = {
     "position": ("position", "state_u", "u"),
     "velocity": ("velocity", "state_du", "du"),
     "effort": ("effort", "tau"),
     "acceleration": ("acceleration", "ddu"),
 }
-_EFFORT: Final = "effort"  # the part that may be known of some joints only
+_EFFORT: Final = "effort"  # the part that may be missing for some joints
 _HEAD: Final = "head"  # array of a .npz with the names of its columns
-# codes of NumPy
+# NumPy's codes of dtype kinds
 _REAL_KINDS: Final = "fiub"  # real numbers
 _COLUMN_KINDS: Final = "fi"  # floats and integers: booleans are flags, not columns
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Joints over time.
+    """A trajectory of joints.
 
     Attributes:
-        names: of the joints.
-        time: (N,) [s], rising.
+        names: names of the joints.
+        time: (N,) [s], ascending.
         position: (N, n) [rad or m].
-        velocity: (N, n) [rad/s or m/s]; None where it is not known.
-        effort: (N, n) [N m or N]; None where none is known, NaN where one is not.
-        acceleration: (N, n) [rad/s^2 or m/s^2]; None where it is not known.
-        unused: columns of the file that are none of these.
+        velocity: (N, n) [rad/s or m/s]; None if unknown.
+        effort: (N, n) [N m or N], NaN where unknown; None if all are unknown.
+        acceleration: (N, n) [rad/s^2 or m/s^2]; None if unknown.
+        unused: names of other columns of the file.
     """
 
     names: tuple[str, ...]
@@ -69,11 +69,11 @@ class Trajectory:
     unused: tuple[str, ...] = ()
 
     def noisy(self, deviations: Mapping[str, float], seed: int = 0) -> Trajectory:
-        """The trajectory with white noise.
+        """The trajectory with added white noise.
 
         Args:
             deviations: standard deviations by part, in its unit.
-            seed: of the random numbers.
+            seed: seed of the random numbers.
         """
         rng = np.random.default_rng(seed)
         changed = {}
@@ -88,16 +88,16 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     """Read a CSV file with a header, or a .npz.
 
     Columns are `time`, each joint by name, and optionally `JOINT.velocity`, `JOINT.acceleration`
-    and `JOINT.effort`, the last of some joints only where no others are known. Behind a name there
-    may be its unit, as `time [ms]` or `JOINT.velocity [deg/s]`; without one it is SI. A .npz may
-    have the same names. It may also have `time` with `position`, `velocity`, `acceleration` and
-    `effort` (N, n) in the order of the active joints. What `simulate` saves is taken, also under
-    its earlier names (`t`, `JOINT.rate`).
+    and `JOINT.effort`. Efforts may be given for some joints only. A name may have a unit, as in
+    `time [ms]` or `JOINT.velocity [deg/s]`; the default is SI. A .npz may have the same names. It
+    may also have `time` with `position`, `velocity`, `acceleration` and `effort` (N, n) in the
+    order of the active joints. Files of `simulate` are accepted, also with its earlier names (`t`,
+    `JOINT.rate`).
 
     Raises:
-        BagCallError: there is no file, or one of another kind.
-        BagError: a column is missing, has values that are no numbers, or has the name of an active
-            joint with an ending that means nothing.
+        BagCallError: the file is missing, or of another kind.
+        BagError: a column is missing, a value is no number, or an active joint's name has an
+            unknown suffix.
     """
     _require_trajectory(path)
     columns, unused_arrays = _read_columns(path, robot)
@@ -117,7 +117,7 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     for part, values in {"time": time, **parts}.items():
         is_good = np.isfinite(values)
         if part == _EFFORT:
-            is_good |= np.isnan(values)  # not known
+            is_good |= np.isnan(values)  # unknown
         if len(values) != len(time) or not is_good.all():
             raise BagError(f"{path}: expected {counted(len(time), 'finite number')} in each column")
     if not (np.diff(time) > 0.0).all():
@@ -126,7 +126,7 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
 
 
 def _add_resting(columns: Columns, robot: Robot) -> None:
-    """Add columns of idle joints that a file does not name: they keep their reference."""
+    """Add columns of missing idle joints, at their reference."""
     motor = next((name for name in robot.description.motors if name in columns), None)
     if motor is None:
         return
@@ -140,7 +140,7 @@ def _add_resting(columns: Columns, robot: Robot) -> None:
 
 
 def _require_trajectory(path: Path) -> None:
-    """Refuse a path that cannot be a trajectory. Raises BagCallError."""
+    """Check that a path may be a trajectory; raises BagCallError."""
     if path.suffix == ".npz" and path.is_file():
         return
     if classify_path(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT):
@@ -148,7 +148,7 @@ def _require_trajectory(path: Path) -> None:
 
 
 def _read_columns(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
-    """Columns by name, and names of arrays that are no columns. Raises BagError."""
+    """Columns by name, and names of other arrays; raises BagError."""
     try:
         if path.suffix == ".npz":
             return _read_npz(path, robot)
@@ -178,7 +178,7 @@ def _time_column(path: Path, columns: Columns, robot: Robot) -> str:
 
 
 def _columns_of(path: Path, columns: Columns, robot: Robot, part: str) -> list[str] | None:
-    """The columns of a part, one for each active joint; None where there are none at all."""
+    """The columns of a part, one for each active joint; None if all are missing."""
     for suffix in _SUFFIXES[part]:
         names = [f"{name}{suffix}" for name in robot.active]
         missing = [name for name in names if name not in columns]
@@ -197,7 +197,7 @@ def _columns_of(path: Path, columns: Columns, robot: Robot, part: str) -> list[s
 
 
 def _require_meaning(path: Path, unused: Sequence[str], robot: Robot) -> None:
-    """Refuse a column of an active joint that means nothing: it is a slip. Raises BagError."""
+    """Check for columns of an active joint with an unknown suffix; raises BagError."""
     stems = tuple(f"{name}." for name in robot.active)
     meaningful: set[str] = set()
     for suffix in chain.from_iterable(_SUFFIXES.values()):
@@ -228,7 +228,7 @@ def _read_csv(path: Path) -> Columns:
 
 
 def _read_npz(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
-    """Columns by name, and names of arrays that are no columns."""
+    """Columns by name, and names of other arrays."""
     arrays = _load_npz(path)
     columns: Columns = {}
     for part, keys in _ARRAYS.items():

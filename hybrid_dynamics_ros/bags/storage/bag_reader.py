@@ -1,6 +1,6 @@
-"""Reading bags: rosbag2 folders or single files, MCAP or sqlite3, split, compressed, or damaged.
+"""Reader of bags: rosbag2 folders or files, MCAP or sqlite3, also split, compressed or damaged.
 
-All that can be read is read. What could not be read is told in `BagReader.losses`.
+It reads as much as possible. `BagReader.losses` has texts on all other parts.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class BagReader:
     Attributes:
         path: the folder or file.
         topics: its topics by name.
-        losses: what could not be read.
+        losses: texts on parts that could not be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -52,7 +52,7 @@ class BagReader:
 
         Raises:
             BagCallError: there is no bag, or there are several.
-            BagError: nothing of it can be read.
+            BagError: no part of it can be read.
         """
         require_recording(path)
         self.path = path
@@ -74,18 +74,18 @@ class BagReader:
 
     @property
     def message_count(self) -> int:
-        """Messages of all topics, as the bag says; a topic without a number counts as none."""
+        """Number of messages of all topics in the metadata; a missing number counts as zero."""
         return sum(topic.message_count or 0 for topic in self.topics.values())
 
     def span(self) -> tuple[int, int] | None:
-        """First and last log time [ns]; None where there are no messages."""
+        """First and last log time [ns]; None without messages."""
         spans = [piece.span for file in self._files for piece in file.pieces(None)]
         if not spans:
             return None
         return min(first for first, _ in spans), max(last for _, last in spans)
 
     def read(self, wanted: frozenset[str] | None = None) -> Iterator[tuple[str, Messages]]:
-        """Messages in pieces of one topic, each topic in the order of log times.
+        """Read messages in batches of one topic; each topic is in the order of log times.
 
         Args:
             wanted: names of topics; None for all.
@@ -102,7 +102,7 @@ class BagReader:
                 self._check_count(topic, counts[name])
 
     def _check_count(self, topic: Topic, count: int) -> None:
-        """Add a loss where there are fewer messages than the bag says."""
+        """Add a loss if there are fewer messages than in the metadata."""
         expected = topic.message_count
         if expected is not None and count < expected:
             self.losses.add(
@@ -111,7 +111,7 @@ class BagReader:
             )
 
     def _paths(self) -> list[Path]:
-        """The files that there are of this bag."""
+        """The existing files of this bag."""
         if self.path.is_file():
             return [self.path]
         there = recording_files(self.path)
@@ -124,7 +124,7 @@ class BagReader:
         listed = [self.path / name for name in names if (self.path / name).is_file()]
         others = [file for file in there if file not in listed]
         missing = [name for name in names if self.path / name not in listed]
-        if len(missing) == len(names) == len(others):  # renamed, all of them
+        if len(missing) == len(names) == len(others):  # all files were renamed
             return others
         for name in missing:
             self.losses.add(f"{name}: the file is missing")
@@ -136,7 +136,7 @@ class BagReader:
         return [*listed, *parts]
 
     def _require_one(self, files: Sequence[Path]) -> None:
-        """Refuse a folder of several recordings; tell which parts of one are missing."""
+        """Raise for a folder of several recordings; add losses for missing parts of one."""
         if not are_one_recording(self.path, files, span_of):
             names = ", ".join(file.name for file in files[:_MAX_LISTED])
             raise BagCallError(
@@ -147,7 +147,7 @@ class BagReader:
             self.losses.add(f"{name}: missing, though the parts before and behind are there")
 
     def _open_all(self, paths: Sequence[Path]) -> list[Storage]:
-        """All files that can be read. Raises BagError where there are none."""
+        """Open all files that can be read; raises BagError if there are none."""
         files: list[Storage] = []
         errors: list[BagError] = []
         for path in paths:
@@ -173,7 +173,7 @@ class BagReader:
         return storage
 
     def _decompress(self, file: Path) -> Path:
-        """Decompress a file into a temporary one, as far as it goes."""
+        """Decompress as much of a file as possible into a temporary one."""
         folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
         target = folder / file.stem
         with target.open("wb") as out:
@@ -187,7 +187,7 @@ class BagReader:
         return target
 
     def _merge_topics(self) -> dict[str, Topic]:
-        """The topics of all files, with what the metadata say about them."""
+        """The topics of all files, completed by the metadata."""
         topics: dict[str, Topic] = {}
         for file in self._files:
             for topic in file.topics():
@@ -206,7 +206,7 @@ class BagReader:
         return topics
 
     def _with_metadata(self, stored: Topic, topic: Topic) -> Topic:
-        """A topic of the files; the metadata add what files may not say."""
+        """A topic of the files, with missing data from the metadata."""
         if topic.kind != stored.kind and stored.kind:
             self.losses.add(
                 f"{stored.name}: of type {topic.kind} in {BAG_METADATA}, and of {stored.kind} in"
@@ -232,23 +232,23 @@ class BagReader:
 
 
 def _is_better(kind: str, other: str) -> bool:
-    """Whether a type is known, and the other is not."""
+    """Whether a type is known and the other is not."""
     types = typestore().types
     return not other or (kind in types and other not in types)
 
 
 def _with_count_of(topic: Topic, earlier: Topic | None) -> Topic:
-    """A topic with the messages that an earlier file has of it."""
+    """A topic with the number of messages of an earlier file added."""
     if earlier is None or topic.message_count is None or earlier.message_count is None:
         return topic
     return replace(topic, message_count=topic.message_count + earlier.message_count)
 
 
 def read_raw(path: Path, topic: str) -> list[RawMessage]:
-    """All messages of one topic, in the order of their log times; none without the topic.
+    """All messages of one topic, in the order of log times; empty without the topic.
 
     Raises:
-        BagError: there is no bag, or not all of it can be read.
+        BagError: there is no bag, or a part of it cannot be read.
     """
     messages: list[RawMessage] = []
     with BagReader(path) as bag:
@@ -261,10 +261,10 @@ def read_raw(path: Path, topic: str) -> list[RawMessage]:
 
 
 def require_recording(path: Path) -> None:
-    """Refuse a path that is no bag.
+    """Check that a path is a bag.
 
     Raises:
-        BagCallError: there is nothing, or something of another kind.
+        BagCallError: the path is missing, or of another kind.
     """
     is_bag = classify_path(path).kind is FileKind.BAG
     if not is_bag or (path.is_file() and storage_suffix(path) is None):
@@ -272,7 +272,7 @@ def require_recording(path: Path) -> None:
 
 
 def span_of(path: Path) -> tuple[int, int] | None:
-    """First and last log time of a bag [ns]; None where nothing of it can be read."""
+    """First and last log time of a bag [ns]; None if no part of it can be read."""
     try:
         with BagReader(path) as bag:
             return bag.span()
@@ -281,7 +281,7 @@ def span_of(path: Path) -> tuple[int, int] | None:
 
 
 def bags_of(path: Path) -> list[Path]:
-    """The bags that a path means: itself, or those in a folder of bags.
+    """The bags at a path: itself, or those in a folder of bags.
 
     Raises:
         BagCallError: there are none.

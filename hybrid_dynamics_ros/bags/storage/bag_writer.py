@@ -1,6 +1,6 @@
-"""Writing bags: rosbag2 folders with one MCAP file.
+"""Writer of bags: rosbag2 folders with one MCAP file.
 
-A bag appears under its name when all of it is written; before, it is in a hidden folder beside it.
+A bag is written in a hidden folder beside its path, and renamed when it is complete.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .metadata import metadata_text
 from .storage import Messages, RawMessage, Topic
 
 THERE: Final = "there is a bag already; name a new folder, or give --overwrite"
-_MAX_BUFFERED: Final = 1024  # single messages that become a chunk together
+_MAX_BUFFERED: Final = 1024  # single messages per chunk
 _BAG_FILE: Final = re.compile(r"metadata\.yaml|.*\.(mcap|db3)(\.zstd|-shm|-wal)?")
 
 
@@ -40,7 +40,7 @@ class BagWriter:
         """Begin a bag.
 
         Args:
-            folder: its folder, which does not exist.
+            folder: its folder, which must not exist.
             topics: all of its topics.
             notes: custom data for its metadata.
         """
@@ -50,20 +50,20 @@ class BagWriter:
         self._notes = dict(notes or {})
         self._file_name = f"{folder.name}.mcap"
         self._file = McapWriter(folder / self._file_name, self._topics)
-        self._buffer: list[tuple[int, RawMessage]] = []  # with their channels
+        self._buffer: list[tuple[int, RawMessage]] = []  # (channel, message)
         self.channels = self._file.channels
 
     @property
     def thread_time(self) -> float:
-        """How long the thread that makes and writes chunks has worked [s]."""
+        """Time of the thread that compresses and writes chunks [s]."""
         return self._file.thread_time
 
     def write(self, blocks: Sequence[RecordBlock]) -> None:
-        """Write one chunk of messages; raises what went wrong with this one or one before."""
+        """Write one chunk of messages; raises errors of this or an earlier chunk."""
         self._file.write(blocks)
 
     def write_message(self, topic: str, log_ns: int, data: bytes) -> None:
-        """Append one message, which becomes part of a chunk later.
+        """Append one message, which is written with a later chunk.
 
         Args:
             topic: name of its topic.
@@ -75,7 +75,7 @@ class BagWriter:
             self._write_buffer()
 
     def close(self) -> None:
-        """Write the messages that wait, the index, and the metadata."""
+        """Write pending messages, index and metadata."""
         self._write_buffer()
         self._file.close()
         counts = self._file.counts
@@ -87,11 +87,11 @@ class BagWriter:
         (self._folder / BAG_METADATA).write_text(text, encoding="utf-8")
 
     def abort(self) -> None:
-        """Give up the bag."""
+        """Discard the bag."""
         self._file.abort()
 
     def _write_buffer(self) -> None:
-        """Write the single messages as a chunk."""
+        """Write the buffered messages as a chunk."""
         by_channel: dict[int, list[RawMessage]] = {}
         for channel, message in self._buffer:
             by_channel.setdefault(channel, []).append(message)
@@ -113,9 +113,9 @@ def _log_time(message: RawMessage) -> int:
 def new_bag(
     path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None
 ) -> Iterator[BagWriter]:
-    """Write a bag; one that is there is replaced.
+    """Write a bag; an existing one is replaced.
 
-    After an error or an interruption `path` is as it was before.
+    After an error or an interruption, `path` is unchanged.
 
     Args:
         path: folder of the bag.
@@ -123,14 +123,14 @@ def new_bag(
         notes: custom data for its metadata.
 
     Raises:
-        BagCallError: there is something else than a bag at `path`.
+        BagCallError: `path` exists and is no bag.
     """
     path = path.absolute()
     require_replaceable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
     try:
-        # Of the final name already: the bag's file is named after its folder.
+        # It has the final name, since the bag's file is named after its folder.
         writer = BagWriter(aside / path.name, topics, notes)
         try:
             yield writer
@@ -144,7 +144,7 @@ def new_bag(
 
 
 def _replace(path: Path, new: Path, old: Path) -> None:
-    """Move `new` to `path`, and what was there to `old`; back where that fails."""
+    """Move `path` to `old` and `new` to `path`; undo it on failure."""
     if path.exists():
         path.rename(old)
     try:
@@ -156,10 +156,10 @@ def _replace(path: Path, new: Path, old: Path) -> None:
 
 
 def require_replaceable(path: Path) -> None:
-    """Refuse a path where there is something else than nothing, an empty folder or a bag.
+    """Check that a path is missing, an empty folder or a bag.
 
     Raises:
-        BagCallError: there is something else.
+        BagCallError: it is something else.
     """
     if not path.exists():
         return
@@ -175,10 +175,10 @@ def require_replaceable(path: Path) -> None:
 
 
 def require_new(path: Path) -> None:
-    """Refuse a path where there is anything but an empty folder.
+    """Check that a path is missing or an empty folder.
 
     Raises:
-        BagCallError: there is something.
+        BagCallError: it exists.
     """
     require_replaceable(path)
     if path.exists() and any(path.iterdir()):

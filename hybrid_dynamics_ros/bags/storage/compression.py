@@ -14,21 +14,21 @@ else:
 
 __all__ = ["ZSTD_ERRORS", "ZSTD_MARK", "decompress_chunk", "zstd"]
 
-ZSTD_MARK: Final = b"\x28\xb5\x2f\xfd"  # how every frame begins; no CDR message does
+ZSTD_MARK: Final = b"\x28\xb5\x2f\xfd"  # first bytes of every frame, but of no CDR message
 ZSTD_ERRORS: Final = (zstd.ZstdError, EOFError)
-_MAX_CHUNK_SIZE: Final = 1 << 32  # [bytes], uncompressed: a larger length is broken
+_MAX_CHUNK_SIZE: Final = 1 << 32  # [bytes], uncompressed; a larger size is damaged
 
 
 def decompress_chunk(method: str, data: bytes, size: int) -> bytes:
     """The records of a chunk.
 
     Args:
-        method: `zstd`, `lz4`, or empty where the chunk is not compressed.
-        data: the records as they are in the file.
-        size: of the records, uncompressed [bytes].
+        method: `zstd`, `lz4`, or empty if the chunk is not compressed.
+        data: the records in the file.
+        size: uncompressed size of the records [bytes].
 
     Raises:
-        ValueError: the method is unknown or the size is beyond 4 GiB.
+        ValueError: the method is unknown, or the size exceeds 4 GiB.
         RuntimeError, ZstdError, EOFError: the data are damaged.
     """
     if size > _MAX_CHUNK_SIZE:

@@ -1,4 +1,4 @@
-"""Chunks of an MCAP file: blocks of equal messages, written into one buffer and compressed."""
+"""Chunks of an MCAP file: blocks of messages of one layout, in one buffer, compressed."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from .compression import zstd
 from .mcap_format import LOG_TIME_OFFSET, MESSAGE, MESSAGE_HEAD, PREFIX, RECORD_HEAD
 from .storage import Messages
 
-_LEVEL: Final = -3  # of Zstandard: twice as fast as level 1, and 6 % more bytes
-_TIME_SIZE: Final = 8  # bytes of a time
+_LEVEL: Final = -3  # Zstandard level: twice as fast as level 1, with 6 % more bytes
+_TIME_SIZE: Final = 8  # [bytes]
 
-Columns = Sequence[tuple[int, Bytes]]  # first byte, and the bytes of each message (N, k)
+Columns = Sequence[tuple[int, Bytes]]  # (offset, bytes of each message (N, k))
 
 
 @dataclass(frozen=True, eq=False)
 class RecordBlock:
     """Message records of one channel and one size, in the order of log times.
 
-    The records are written when their chunk is.
+    The records are written together with their chunk.
 
     Attributes:
         channel: number of the channel.
         log_ns: log times (N,) [ns].
-        pattern: a record with what all share (size,).
-        columns: where records differ: first byte, and the bytes of each record (N, k).
+        pattern: bytes that all records share (size,).
+        columns: bytes that differ: offset, and the bytes of each record (N, k).
     """
 
     channel: int
@@ -54,19 +54,19 @@ class RecordBlock:
         template: MessageTemplate,
         values: Mapping[str, Any],
     ) -> RecordBlock:
-        """Messages of one template.
+        """Make a block of messages of one template.
 
         Args:
             channel: number of the channel.
             log_ns: log times (N,) [ns].
             template: the layout of the messages.
-            values: numbers of each slot (N, ...); they must not change any more.
+            values: numbers of each slot (N, ...); they must not change afterwards.
         """
         return RecordBlock._of(channel, log_ns, template.pattern, template.columns(values))
 
     @staticmethod
     def copies(channel: int, messages: Messages) -> Iterator[RecordBlock]:
-        """Messages as they are, a block for each size."""
+        """Copies of messages, a block for each size."""
         for size in messages.sizes():
             rows = np.flatnonzero(messages.lengths == size)
             columns = [(0, messages.block(rows, size))]
@@ -77,7 +77,7 @@ class RecordBlock:
     def _of(
         channel: int, log_ns: NDArray[np.int64], message: Bytes, columns: Columns
     ) -> RecordBlock:
-        """Records from messages: a message's pattern and its columns."""
+        """Make records from a message's pattern and columns."""
         head = RECORD_HEAD.pack(MESSAGE, MESSAGE_HEAD.size + len(message))
         head += MESSAGE_HEAD.pack(channel, 0, 0, 0)
         pattern = np.concatenate([np.frombuffer(head, dtype=np.uint8), message])
@@ -91,7 +91,7 @@ class RecordBlock:
         """Write the records into an array (N, size).
 
         Raises:
-            ValueError: a column is not of the records' number, or not inside them.
+            ValueError: a column has a wrong number of rows, or exceeds the record.
         """
         records[:] = self.pattern
         for start, column in self.columns:
@@ -103,14 +103,14 @@ class RecordBlock:
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """What the record of a chunk and its indices say.
+    """The content of a chunk's record and its indices.
 
     Attributes:
         compressed: its records, compressed.
-        size: bytes of its records, uncompressed.
+        size: uncompressed size of its records [bytes].
         checksum: CRC-32 of its uncompressed records.
         first, last: log times [ns].
-        indices: for each channel log times and places of its messages (n, 2).
+        indices: log times and offsets of messages (n, 2), by channel.
     """
 
     compressed: bytes
@@ -122,14 +122,14 @@ class Chunk:
 
 
 class ChunkPacker:
-    """Makes one chunk after the other."""
+    """Packs chunks, one after the other."""
 
     def __init__(self) -> None:
         self._buffer = np.empty(0, dtype=np.uint8)
         self._compressor = zstd.ZstdCompressor(level=_LEVEL)
 
     def pack(self, blocks: Sequence[RecordBlock]) -> Chunk:
-        """The chunk of blocks that are not empty."""
+        """Pack a chunk of non-empty blocks."""
         size = sum(len(block) * block.size for block in blocks)
         if len(self._buffer) < size:
             self._buffer = np.empty(size, dtype=np.uint8)
@@ -146,7 +146,7 @@ class ChunkPacker:
 
 
 def _indices(blocks: Sequence[RecordBlock]) -> dict[int, NDArray[np.uint64]]:
-    """Log times and places of the messages of each channel (n, 2)."""
+    """Log times and offsets of messages (n, 2), by channel."""
     parts: dict[int, list[NDArray[np.uint64]]] = {}
     start = 0
     for block in blocks:
@@ -159,7 +159,7 @@ def _indices(blocks: Sequence[RecordBlock]) -> dict[int, NDArray[np.uint64]]:
 
 
 def _merge(parts: Sequence[NDArray[np.uint64]]) -> NDArray[np.uint64]:
-    """Entries of several blocks in the order of log times."""
+    """Merge entries of several blocks in the order of log times."""
     if len(parts) == 1:
         return parts[0]
     entries = np.concatenate(parts)

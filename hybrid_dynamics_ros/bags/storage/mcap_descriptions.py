@@ -1,4 +1,4 @@
-"""Schemas and channels of an MCAP file, which mostly are in it several times."""
+"""Schemas and channels of an MCAP file, which usually has several copies of each."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .storage import Topic
 
 @dataclass(frozen=True)
 class _Schema:
-    """A message type, and its definition in one of several languages."""
+    """A message type, and its definition in some language."""
 
     kind: str
     language: str
@@ -26,7 +26,7 @@ class _Schema:
 
 @dataclass(frozen=True)
 class _Channel:
-    """A topic whose type is that of a schema."""
+    """A topic with the type of a schema."""
 
     schema: int
     topic: Topic
@@ -40,7 +40,7 @@ T = TypeVar("T", _Schema, _Channel)
 
 @dataclass(frozen=True)
 class _Copy(Generic[T]):
-    """A description, its record, and whether a checksum covers it."""
+    """A description, its record, and whether a checksum verified it."""
 
     content: T
     record: bytes
@@ -48,13 +48,13 @@ class _Copy(Generic[T]):
 
 
 class Descriptions:
-    """All schemas and channels. Copies are compared: a changed bit makes one differ."""
+    """All schemas and channels; copies are compared to detect damage."""
 
     def __init__(self, lose: Callable[[str], None]) -> None:
-        """Nothing is described yet.
+        """Start without descriptions.
 
         Args:
-            lose: takes a sentence about what is lost.
+            lose: receives sentences on losses.
         """
         self._lose = lose
         self._schemas: dict[int, _Copy[_Schema]] = {}
@@ -67,10 +67,10 @@ class Descriptions:
         return bool(self._channels)
 
     def add(self, code: int, record: bytes, *, is_verified: bool) -> None:
-        """Take a schema or a channel. Of two that differ the one under a checksum counts.
+        """Add a schema or channel; of two that differ, the verified one is used.
 
         Raises:
-            IndexError, UnicodeDecodeError, struct.error: it is damaged.
+            IndexError, UnicodeDecodeError, struct.error: the record is damaged.
         """
         (number,) = struct.unpack_from("<H", record)
         if code == SCHEMA:
@@ -79,7 +79,7 @@ class Descriptions:
             self._take(self._channels, number, record, _channel_of, is_verified=is_verified)
 
     def topics(self) -> dict[int, Topic]:
-        """Topics by number of their channel; from now on none of them changes."""
+        """Topics by channel number; they are final afterwards."""
         self._is_frozen = True
         return {number: self._topic(copy.content) for number, copy in self._channels.items()}
 
@@ -97,7 +97,7 @@ class Descriptions:
             copies[number] = _Copy(read(record), record, is_verified)
             return
         is_better = is_verified and not earlier.is_verified
-        if earlier.record == record:  # as most copies
+        if earlier.record == record:  # the usual case
             if is_better:
                 copies[number] = replace(earlier, is_verified=True)
             return

@@ -1,4 +1,4 @@
-"""Records of MCAP files: their codes, their heads, and the texts inside them.
+"""Format of records of MCAP files: codes, headers and texts.
 
 The specification: https://mcap.dev/spec.
 """
@@ -22,29 +22,29 @@ STATISTICS: Final = 0x0B
 DATA_END: Final = 0x0F
 LAST_CODE: Final = 0x0F
 
-RECORD_HEAD: Final = struct.Struct("<BQ")  # code, bytes of the body
-MESSAGE_HEAD: Final = struct.Struct("<HIQQ")  # channel, number, log time, time of publishing
-PREFIX: Final = RECORD_HEAD.size + MESSAGE_HEAD.size  # bytes of a message record before its data
-CHANNEL_OFFSET: Final = RECORD_HEAD.size  # where a message record has its channel
-LOG_TIME_OFFSET: Final = RECORD_HEAD.size + 6  # where it has its log time
+RECORD_HEAD: Final = struct.Struct("<BQ")  # code, size of the body
+MESSAGE_HEAD: Final = struct.Struct("<HIQQ")  # channel, sequence number, log time, publish time
+PREFIX: Final = RECORD_HEAD.size + MESSAGE_HEAD.size  # offset of the data in a message record
+CHANNEL_OFFSET: Final = RECORD_HEAD.size  # offset of the channel in a message record
+LOG_TIME_OFFSET: Final = RECORD_HEAD.size + 6  # offset of the log time in a message record
 
 
 def pack_record(code: int, body: bytes) -> bytes:
-    """A record: its head and its body."""
+    """A record from its code and body."""
     return RECORD_HEAD.pack(code, len(body)) + body
 
 
 def pack_text(text: str) -> bytes:
-    """A text behind its length in bytes."""
+    """A text with its length in bytes in front."""
     encoded = text.encode()
     return struct.pack("<I", len(encoded)) + encoded
 
 
 def unpack_text(record: bytes, start: int) -> tuple[str, int]:
-    """The text at a place of a record, and where it ends.
+    """The text at an offset of a record, and its end.
 
     Raises:
-        IndexError, UnicodeDecodeError, struct.error: there is no text.
+        IndexError, UnicodeDecodeError, struct.error: there is no valid text.
     """
     (size,) = struct.unpack_from("<I", record, start)
     end = start + 4 + size
@@ -55,7 +55,7 @@ def unpack_text(record: bytes, start: int) -> tuple[str, int]:
 
 
 def unpack_pairs(record: bytes, start: int) -> dict[str, str]:
-    """The map from text to text at a place of a record. Raises as `unpack_text`."""
+    """The map from text to text at an offset of a record; raises as `unpack_text`."""
     (size,) = struct.unpack_from("<I", record, start)
     end = start + 4 + size
     place = start + 4

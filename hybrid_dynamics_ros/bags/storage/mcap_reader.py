@@ -1,7 +1,7 @@
-"""MCAP files, read chunk by chunk: a chunk's messages become one array.
+"""Reader of MCAP files by chunk: the messages of a chunk become one array.
 
-Chunks carry checksums, which are compared. A file that ends early gives the chunks before its end.
-Where chunks are and when they begin is in the file several times. One damaged place is not trusted.
+Checksums of chunks are verified. A truncated file gives the chunks before its end. Positions and
+times of chunks are in the file several times, so that a damaged one is detected.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ from .message_records import MessageRuns, MessageTable, Places
 from .pieces import Piece
 from .storage import Losses, Messages, Topic
 
-_MAX_LOOSE: Final = 4096  # messages outside chunks that make a segment together
-_INDEX_HEAD: Final = struct.Struct("<HI")  # of a message index: channel, bytes of its entries
+_MAX_LOOSE: Final = 4096  # messages outside chunks per segment
+_INDEX_HEAD: Final = struct.Struct("<HI")  # of a message index: channel, size of its entries
 _BROKEN_RECORD: Final = (struct.error, UnicodeDecodeError, IndexError)
 
 
 class McapReader:
-    """One .mcap file, read only."""
+    """A reader of one .mcap file."""
 
     def __init__(self, path: Path, losses: Losses) -> None:
         """Open the file and find its chunks.
 
         Args:
             path: the file.
-            losses: where to tell what cannot be read.
+            losses: receives texts on parts that cannot be read.
 
         Raises:
             BagError: it is no MCAP file.
@@ -63,9 +63,9 @@ class McapReader:
         self._losses = losses
         self._descriptions = Descriptions(self._lose)
         self._channels: dict[int, Topic] | None = None
-        self._counts: dict[int, int] | None = None  # messages by channel, as the file says
+        self._counts: dict[int, int] | None = None  # number of messages by channel, if in the file
         self._segments: list[Segment] = []
-        self._loose: list[int] = []  # where messages outside chunks begin, of the run that is read
+        self._loose: list[int] = []  # offsets of messages outside chunks in the current run
         self._file = path.open("rb")
         try:
             _require_magic_size(path)
@@ -86,7 +86,7 @@ class McapReader:
         self._file.close()
 
     def topics(self) -> list[Topic]:
-        """The topics of the file's index; without an index, those that its chunks describe."""
+        """The topics of the file's index or, without an index, of its chunks."""
         channels = self._described()
         counts = self._counts
         if counts is None:
@@ -119,9 +119,9 @@ class McapReader:
         return Piece(span, read)
 
     def _span(self, segment: Segment) -> Span | None:
-        """First and last log time [ns]; None where no message can be read.
+        """First and last log time of a segment [ns]; None if no message can be read.
 
-        The messages are asked where there are not two places that say the same.
+        The messages are read unless two places in the file agree.
         """
         if segment.agreed_span is not None:
             return segment.agreed_span
@@ -156,9 +156,9 @@ class McapReader:
         self._end_loose(start)
 
     def _record_at(self, start: int) -> tuple[int, int, int] | None:
-        """Code, body and end of the record at a place, or of the next where it is damaged.
+        """Code, body and end of the record at an offset, or of the next one if it is damaged.
 
-        None where there is none, which is a loss.
+        None if there is none, which is added to the losses.
         """
         problem = self._problem_at(start)
         if not problem:
@@ -169,7 +169,7 @@ class McapReader:
         if entry is not None:
             return CHUNK, start + RECORD_HEAD.size, entry.end
         indices_end = self._summary.indices_end(start)
-        if indices_end is not None:  # they say nothing that is not in the chunk
+        if indices_end is not None:  # their data are in the chunk too
             return MESSAGE_INDEX, indices_end, indices_end
         after = self._summary.chunk_after(start)
         if after is None and start < self._summary.start:
@@ -182,7 +182,7 @@ class McapReader:
         return self._record_at(after)
 
     def _problem_at(self, start: int) -> str:
-        """Why there is no record at a place; empty where there is one."""
+        """Why there is no record at an offset; empty if there is one."""
         file_end = len(self._map)
         if start + RECORD_HEAD.size > file_end:
             return f"ends at byte {file_end} without its index: it was cut off or never closed"
@@ -202,7 +202,7 @@ class McapReader:
         return ""
 
     def _register(self, code: int, start: int, body: int, end: int) -> None:
-        """Take what a record outside chunks says."""
+        """Register a record outside of chunks."""
         try:
             if code == CHUNK:
                 self._register_chunk(body, end, self._summary.chunks.get(start))
@@ -228,7 +228,7 @@ class McapReader:
         self._segments.append(Segment(body, end - body, is_chunk=True, spans=spans))
 
     def _register_times(self, record: bytes) -> None:
-        """Take the log times of a message index as those of the chunk before it."""
+        """Register the log times of a message index for the chunk before it."""
         _, size = _INDEX_HEAD.unpack_from(record)
         if not self._segments or not size or size != len(record) - _INDEX_HEAD.size:
             return
@@ -243,7 +243,7 @@ class McapReader:
             self._end_loose(end)
 
     def _end_loose(self, end: int) -> None:
-        """Make a segment of the messages outside chunks that were found."""
+        """End the current run of messages outside chunks as a segment."""
         starts = self._loose
         if not starts:
             return
@@ -267,9 +267,9 @@ class McapReader:
     # -- reading
 
     def _records_of(self, segment: Segment) -> tuple[bytes, bool]:
-        """The records of a segment, and whether a checksum covers them.
+        """The records of a segment, and whether a checksum verified them.
 
-        None at all where they cannot be trusted, which is a loss.
+        They are empty if they are damaged, which is added to the losses.
         """
         raw = self._map[segment.start : segment.start + segment.size]
         if not segment.is_chunk:
@@ -288,7 +288,7 @@ class McapReader:
         if not len(starts):
             return
         table = MessageTable(records, starts, sizes)
-        too_late = table.log_ns < 0  # beyond 2^63 ns: the year 2262
+        too_late = table.log_ns < 0  # beyond 2^63 ns, the year 2262
         if too_late.any():
             self._lose(f"{int(too_late.sum())} messages with log times beyond the year 2262")
             table.select(~too_late)
@@ -300,7 +300,7 @@ class McapReader:
                 self._lose(f"{len(messages)} messages of channel {number}, which is not described")
 
     def _described(self) -> dict[int, Topic]:
-        """Topics by number of their channel; where the file describes none, its chunks do."""
+        """Topics by channel number; if the file describes none, those of its chunks."""
         if self._channels is None:
             if not self._descriptions.has_channels:
                 for segment in self._segments:
@@ -312,7 +312,7 @@ class McapReader:
     def _find_messages(
         self, records: bytes, segment: Segment, *, is_verified: bool
     ) -> tuple[Places, Places]:
-        """Where message records begin, and the bytes of their bodies; channels are registered."""
+        """Offsets of message records and sizes of their bodies; channels are registered."""
         runs = MessageRuns()
         start = 0
         end = len(records)

@@ -1,4 +1,4 @@
-"""Parts of an MCAP file that hold messages: chunks, and runs of messages outside chunks."""
+"""Segments of an MCAP file with messages: chunks, and runs of messages outside chunks."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .compression import ZSTD_ERRORS, decompress_chunk
 from .mcap_format import unpack_text
 
 Span = tuple[int, int]  # first and last log time [ns]
-_SIZES: Final = struct.Struct("<QI")  # of the records, uncompressed, and their checksum
-_SIZES_OFFSET: Final = 16  # behind the log times
+_SIZES: Final = struct.Struct("<QI")  # uncompressed size of the records, and their checksum
+_SIZES_OFFSET: Final = 16  # after the log times
 _METHOD_OFFSET: Final = 28
 _BROKEN_CHUNK: Final = (
     *ZSTD_ERRORS,
@@ -31,7 +31,7 @@ _BROKEN_CHUNK: Final = (
 
 
 class LostChunkError(Exception):
-    """The records of a chunk cannot be trusted; the text says why."""
+    """The records of a chunk are damaged; the text says how."""
 
 
 @dataclass
@@ -39,11 +39,11 @@ class Segment:
     """A chunk, or a run of messages outside chunks.
 
     Attributes:
-        start: its first byte in the file, of a chunk that of the record's body.
-        size: its bytes.
+        start: its offset in the file; for a chunk, that of the record's body.
+        size: its size [bytes].
         is_chunk: whether it is a chunk.
-        spans: log times by the header of the chunk and by the index of chunks.
-        indexed: what the message indices behind it say.
+        spans: log times in the header of the chunk, and in the index of chunks.
+        indexed: log times in the message indices after it.
     """
 
     start: int
@@ -54,7 +54,7 @@ class Segment:
 
     @property
     def agreed_span(self) -> Span | None:
-        """The span that two places or more give, and none contradicts; None without."""
+        """The span on which at least two places agree, without contradiction; otherwise None."""
         spans = self.spans
         if self.indexed is not None:
             spans = [*spans, self.indexed]
@@ -63,7 +63,7 @@ class Segment:
         return spans[0]
 
     def add_index(self, times: NDArray[np.uint64]) -> None:
-        """Take the log times of a message index [ns]."""
+        """Add the log times of a message index [ns]."""
         first, last = int(times.min()), int(times.max())
         if self.indexed is not None:
             first = min(first, self.indexed[0])
@@ -71,16 +71,16 @@ class Segment:
         self.indexed = (first, last)
 
     def describe(self) -> str:
-        """Where it is in the file, and in time."""
+        """Text on its position in the file and in time."""
         first, last = self.spans[-1]
         return f"the chunk at byte {self.start} (log times {first} to {last} ns)"
 
 
 def unpack_chunk(raw: bytes) -> tuple[bytes, bool]:
-    """The records of a chunk, and whether a checksum covers them.
+    """The records of a chunk, and whether a checksum verified them.
 
     Raises:
-        LostChunkError: they cannot be unpacked, or are others than the checksum is of.
+        LostChunkError: decompression failed, or the checksum is wrong.
     """
     try:
         size, checksum = _SIZES.unpack_from(raw, _SIZES_OFFSET)

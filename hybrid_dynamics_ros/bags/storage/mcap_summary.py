@@ -1,4 +1,4 @@
-"""The summary of an MCAP file: a second place that says where chunks are, and their log times."""
+"""The summary of an MCAP file: a second copy of positions and log times of chunks."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from zlib import crc32
 
 from .mcap_format import CHUNK, CHUNK_INDEX, FOOTER, MAGIC, RECORD_HEAD
 
-FOOTER_BODY: Final = struct.Struct("<QQI")  # start of summary, of its offsets, checksum
+FOOTER_BODY: Final = struct.Struct("<QQI")  # start of summary, start of its offsets, checksum
 FOOTER_SIZE: Final = RECORD_HEAD.size + FOOTER_BODY.size
-_CHECKSUM_SIZE: Final = 4  # bytes at the end of the footer, which the checksum does not cover
-# The head of a chunk index: first and last log time, start and length of the chunk, bytes of a map
-# of its message indices. Behind the map stands the size of these indices.
+_CHECKSUM_SIZE: Final = 4  # [bytes] at the end of the footer, not covered by the checksum
+# The header of a chunk index: first and last log time, start and length of the chunk, size of a map
+# of its message indices. After the map comes the size of these indices.
 _CHUNK_HEAD: Final = struct.Struct("<QQQQI")
 _SIZE: Final = struct.Struct("<Q")
 _FOOTER_DAMAGED: Final = "the footer that leads to its index is damaged"
@@ -25,12 +25,12 @@ _FOOTER_DAMAGED: Final = "the footer that leads to its index is damaged"
 
 @dataclass(frozen=True)
 class ChunkEntry:
-    """What the summary says about a chunk.
+    """The entry of a chunk in the summary.
 
     Attributes:
-        start: first byte of its record.
-        end: first byte after its record.
-        index_end: first byte after the records that index its messages.
+        start: offset of its record.
+        end: offset after its record.
+        index_end: offset after its message indices.
         span: first and last log time [ns].
     """
 
@@ -42,13 +42,13 @@ class ChunkEntry:
 
 @dataclass(frozen=True)
 class Summary:
-    """What the end of a file says.
+    """The summary at the end of a file.
 
     Attributes:
-        start: its first byte; 0 where there is none.
-        chunks: chunks by their first bytes.
-        is_verified: whether a checksum covers it, and is right.
-        problem: why it cannot be used; empty where it can, or where there is none.
+        start: its offset; 0 if there is none.
+        chunks: chunks by offset.
+        is_verified: whether a checksum verified it.
+        problem: why it cannot be used; empty if it can, or if there is none.
     """
 
     start: int = 0
@@ -61,14 +61,14 @@ class Summary:
         return sorted(self.chunks)
 
     def chunk_after(self, place: int) -> int | None:
-        """First byte of the next chunk behind a place; None where there is none."""
+        """Offset of the next chunk after an offset; None if there is none."""
         number = bisect_right(self._starts, place)
         if number == len(self._starts):
             return None
         return self._starts[number]
 
     def indices_end(self, place: int) -> int | None:
-        """The end of the message indices around a place; None where it is in none."""
+        """The end of the message indices that contain an offset; None if it is in none."""
         chunks_before = bisect_right(self._starts, place)
         if chunks_before == 0:
             return None
@@ -79,11 +79,11 @@ class Summary:
 
 
 class _DamagedError(Exception):
-    """The summary cannot be used; the text says why."""
+    """The summary is damaged; the text says how."""
 
 
 def read_summary(data: mmap.mmap) -> Summary:
-    """The summary of a file; an empty one where the file was cut off or has none."""
+    """The summary of a file; empty if the file is truncated or has none."""
     footer = len(data) - len(MAGIC) - FOOTER_SIZE
     if footer < len(MAGIC) or data[-len(MAGIC) :] != MAGIC:
         return Summary()
@@ -101,7 +101,7 @@ def read_summary(data: mmap.mmap) -> Summary:
 
 
 def _checked_start(data: mmap.mmap, footer: int) -> tuple[int, bool]:
-    """First byte of the summary, 0 where there is none; whether a checksum covers it.
+    """Offset of the summary, or 0, and whether a checksum verified it.
 
     Raises:
         _DamagedError: the footer or the checksum is wrong.
@@ -118,7 +118,7 @@ def _checked_start(data: mmap.mmap, footer: int) -> tuple[int, bool]:
 
 
 def _entries(data: mmap.mmap, start: int, footer: int) -> Iterator[ChunkEntry]:
-    """The chunks that a summary names. Raises struct.error where it is damaged."""
+    """The chunks in a summary; raises struct.error if it is damaged."""
     record = start
     while record < footer:
         code, size = RECORD_HEAD.unpack_from(data, record)
@@ -132,12 +132,12 @@ def _entries(data: mmap.mmap, start: int, footer: int) -> Iterator[ChunkEntry]:
         (index_size,) = _SIZE.unpack_from(data, body + _CHUNK_HEAD.size + map_size)
         end = chunk + length
         index_end = end + index_size
-        # an entry beyond the end of the file is of a chunk that was cut off
+        # entries beyond the end of the file belong to truncated chunks
         if index_end <= len(data):
             yield ChunkEntry(chunk, end, index_end, (first, last))
 
 
 def _is_chunk(data: mmap.mmap, entry: ChunkEntry) -> bool:
-    """Whether there is a chunk where a summary without a checksum says so."""
+    """Whether an entry of a summary without checksum points to a chunk."""
     size = entry.end - entry.start - RECORD_HEAD.size
     return RECORD_HEAD.unpack_from(data, entry.start) == (CHUNK, size)

@@ -1,4 +1,4 @@
-"""Writing MCAP files: a thread beside the caller makes and writes the chunks."""
+"""Writer of MCAP files; a separate thread compresses and writes the chunks."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from .mcap_summary import FOOTER_BODY
 from .qos import profile_text
 from .storage import ROS2_MSG, Topic
 
-_MAX_QUEUED: Final = 4  # chunks that wait to be made and written
-_NO_TIME: Final = 2**63 - 1  # [ns], later than every log time
+_MAX_QUEUED: Final = 4  # largest number of pending chunks
+_NO_TIME: Final = 2**63 - 1  # [ns] beyond every log time
 
 
 class McapWriter:
@@ -40,15 +40,15 @@ class McapWriter:
 
     Attributes:
         channels: number of the channel of each topic.
-        counts: messages by channel.
-        thread_time: how long the thread has worked [s].
+        counts: number of messages by channel.
+        thread_time: time of the thread [s].
     """
 
     def __init__(self, path: Path, topics: Sequence[Topic]) -> None:
         """Begin a file.
 
         Args:
-            path: the file, which does not exist.
+            path: the file, which must not exist.
             topics: all topics, with the descriptions of their types.
         """
         self.channels = {topic.name: k + 1 for k, topic in enumerate(topics)}
@@ -69,13 +69,13 @@ class McapWriter:
 
     @property
     def log_span(self) -> tuple[int, int]:
-        """First and last log time of all messages [ns]; zeros where there are none."""
+        """First and last log time of all messages [ns]; zeros without messages."""
         if not any(self.counts.values()):
             return 0, 0
         return self._first, self._last
 
     def write(self, blocks: Sequence[RecordBlock]) -> None:
-        """Write one chunk of messages; raises what went wrong with this one or one before."""
+        """Write one chunk of messages; raises errors of this or an earlier chunk."""
         blocks = [block for block in blocks if len(block)]
         if not blocks:
             return
@@ -84,7 +84,7 @@ class McapWriter:
             self._queue.popleft().result()
 
     def close(self) -> None:
-        """Write the chunks that wait, and the index."""
+        """Write pending chunks and the index."""
         while self._queue:
             self._queue.popleft().result()
         self._thread.shutdown()
@@ -98,12 +98,12 @@ class McapWriter:
         self._file.close()
 
     def abort(self) -> None:
-        """Give up the file."""
+        """Discard the file."""
         self._thread.shutdown(cancel_futures=True)
         self._file.close()
 
     def _write_chunk(self, blocks: Sequence[RecordBlock]) -> None:
-        """Make and write a chunk and its indices; the thread does this."""
+        """Pack and write a chunk with its indices, in the thread."""
         begin = time.perf_counter()
         chunk = self._packer.pack(blocks)
         self._first = min(self._first, chunk.first)
@@ -125,7 +125,7 @@ class McapWriter:
         self.thread_time += time.perf_counter() - begin
 
     def _write_message_indices(self, chunk: Chunk) -> bytes:
-        """Write an index for each channel; where they are."""
+        """Write an index for each channel; returns their offsets, packed."""
         places = b""
         for channel, entries in chunk.indices.items():
             self.counts[channel] += len(entries)
@@ -156,7 +156,7 @@ class McapWriter:
 
 
 def _chunk_head(chunk: Chunk) -> bytes:
-    """What the record of a chunk says before its compressed records."""
+    """The header of a chunk's record, before its compressed records."""
     head = struct.pack("<QQQI", chunk.first, chunk.last, chunk.size, chunk.checksum)
     return head + pack_text("zstd") + struct.pack("<Q", len(chunk.compressed))
 

@@ -1,4 +1,4 @@
-"""Where the messages of a chunk are: records of one size that follow each other, together."""
+"""Positions of the messages in a chunk, found in runs of records of one size."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .mcap_format import CHANNEL_OFFSET, LOG_TIME_OFFSET, MESSAGE_HEAD, PREFIX, RECORD_HEAD
 from .storage import Messages
 
-_MIN_RUN: Final = 8  # records of one size after which those that follow are found together
+_MIN_RUN: Final = 8  # records of one size after which the rest of the run is found at once
 
 Places = NDArray[np.int64]
 
@@ -19,23 +19,23 @@ class MessageRuns:
     """Runs of message records.
 
     Attributes:
-        total: how many records all runs have.
+        total: number of records of all runs.
     """
 
     def __init__(self) -> None:
         self._starts: list[int] = []
         self._sizes: list[int] = []
         self._counts: list[int] = []
-        self._equal_sizes = 0  # records of the last size, one after the other
+        self._equal_sizes = 0  # consecutive records of the last size
         self.total = 0
 
     def add(self, records: bytes, start: int, size: int) -> int:
-        """Add a record, and after several of its size all that follow; where the next begins.
+        """Add a record or, after several of its size, a whole run; returns the next offset.
 
         Args:
             records: all records of a chunk.
-            start: where the record begins.
-            size: bytes of its body.
+            start: offset of the record.
+            size: size of its body [bytes].
         """
         if self._sizes and self._sizes[-1] == size:
             self._equal_sizes += 1
@@ -52,7 +52,7 @@ class MessageRuns:
         return start + count * step
 
     def places(self) -> tuple[Places, Places]:
-        """Where each record begins (N,), and the bytes of its body (N,)."""
+        """Offset (N,) and body size (N,) of each record."""
         counts = np.array(self._counts, dtype=np.int64)
         starts = np.repeat(np.array(self._starts, dtype=np.int64), counts)
         sizes = np.repeat(np.array(self._sizes, dtype=np.int64), counts)
@@ -62,7 +62,7 @@ class MessageRuns:
 
 
 def _run_length(records: bytes, start: int, step: int) -> int:
-    """How many records from `start` on have the same code and size."""
+    """Number of records from `start` on with the same code and size."""
     most = (len(records) - start) // step
     heads = np.ndarray(
         (most, RECORD_HEAD.size),
@@ -73,7 +73,7 @@ def _run_length(records: bytes, start: int, step: int) -> int:
     )
     count = 1
     compared = _MIN_RUN
-    while count < len(heads):  # in growing steps: a run may be short
+    while count < len(heads):  # in growing steps, since a run may be short
         equal = (heads[count : count + compared] == heads[0]).all(axis=1)
         if not equal.all():
             return count + int(np.argmin(equal))
@@ -83,7 +83,7 @@ def _run_length(records: bytes, start: int, step: int) -> int:
 
 
 class MessageTable:
-    """The messages of a chunk: channel, log time [ns], and place of each.
+    """The messages of a chunk: channel, log time [ns] and position of each.
 
     Attributes:
         channels: numbers of the channels (N,).
@@ -91,12 +91,12 @@ class MessageTable:
     """
 
     def __init__(self, records: bytes, starts: Places, sizes: Places) -> None:
-        """Read the heads of message records.
+        """Read the headers of message records.
 
         Args:
             records: all records of the chunk.
-            starts: where each message record begins (N,).
-            sizes: bytes of the body of each (N,).
+            starts: offset of each message record (N,).
+            sizes: size of the body of each (N,).
         """
         self._data = np.frombuffer(records, dtype=np.uint8)
         self._starts = starts
@@ -112,7 +112,7 @@ class MessageTable:
         self.log_ns = self.log_ns[rows]
 
     def messages_of(self, channel: int) -> Messages:
-        """The messages of one channel in the order of their log times."""
+        """The messages of one channel in the order of log times."""
         rows = np.flatnonzero(self.channels == channel)
         rows = rows[np.argsort(self.log_ns[rows], kind="stable")]
         offsets = self._starts[rows] + PREFIX
@@ -121,7 +121,7 @@ class MessageTable:
 
 
 def _integers_at(data: NDArray[np.uint8], starts: Places, kind: str) -> NDArray[np.int64]:
-    """The integers that begin at some places of the data."""
+    """Integers at some offsets of the data."""
     count = len(data) - np.dtype(kind).itemsize + 1
     at_every_byte = np.ndarray(count, dtype=kind, buffer=data, strides=1)
     integers = at_every_byte[starts]
@@ -129,7 +129,7 @@ def _integers_at(data: NDArray[np.uint8], starts: Places, kind: str) -> NDArray[
 
 
 def split_by_time(parts: list[Messages], border: int | None) -> tuple[Messages, Messages | None]:
-    """Messages in the order of log times: those before a time [ns], and those from it on.
+    """Split messages at a time [ns]: those before it, and those from it on.
 
     Args:
         parts: messages of one topic.

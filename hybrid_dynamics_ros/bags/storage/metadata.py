@@ -15,17 +15,17 @@ from .qos import profile_entries, read_profiles
 from .storage import CDR, Losses, Topic
 
 _ROOT: Final = "rosbag2_bagfile_information"
-_SAFE_LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the first is in C
+_SAFE_LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the C version is faster
 _ERRORS: Final = (OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError)
 
 
 @dataclass(frozen=True)
 class BagMetadata:
-    """What the metadata say.
+    """The metadata of a bag.
 
     Attributes:
-        file_names: names of the bag's files, without folders.
-        topics: topics with the numbers of their messages.
+        file_names: names of the bag's files.
+        topics: topics with their numbers of messages.
         message_compression: whether messages are compressed one by one.
     """
 
@@ -35,7 +35,7 @@ class BagMetadata:
 
 
 def read_metadata(folder: Path, losses: Losses) -> BagMetadata:
-    """The metadata of a folder; empty where there are none or they cannot be read."""
+    """The metadata of a folder; empty if they are missing or damaged."""
     file = folder / BAG_METADATA
     if not folder.is_dir() or not file.is_file():
         return BagMetadata()
@@ -53,7 +53,7 @@ def read_metadata(folder: Path, losses: Losses) -> BagMetadata:
 
 
 def read_notes(folder: Path) -> dict[str, Any]:
-    """The custom data of a bag; none where they cannot be read."""
+    """The custom data of a bag; empty if they cannot be read."""
     try:
         return dict(_load(folder / BAG_METADATA)["custom_data"])
     except _ERRORS:
@@ -66,11 +66,11 @@ def metadata_text(
     log_span: tuple[int, int],
     notes: Mapping[str, str],
 ) -> str:
-    """The metadata of a bag with one MCAP file.
+    """The text of metadata.yaml for a bag with one MCAP file.
 
     Args:
         file_name: name of the MCAP file.
-        topics: topics with the numbers of their messages.
+        topics: topics with their numbers of messages.
         log_span: first and last log time [ns].
         notes: custom data.
     """
@@ -80,7 +80,7 @@ def metadata_text(
     duration = {"nanoseconds": last - first}
     file = {
         "path": file_name,
-        "starting_time": starting_time.copy(),  # YAML would refer to one that occurs twice
+        "starting_time": starting_time.copy(),  # a copy, since YAML would write an alias
         "duration": duration.copy(),
         "message_count": sum(counts),
     }

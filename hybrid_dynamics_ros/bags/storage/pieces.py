@@ -1,4 +1,4 @@
-"""Files of recordings, and their pieces in the order of the messages' log times."""
+"""Reading of recordings in pieces, in the order of log times."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from .message_records import split_by_time
 from .storage import Messages, Topic
 
 _LATEST: Final = 2**63 - 1  # [ns]
-_MAX_WAITING: Final = 8  # parts of a topic that wait together
+_MAX_WAITING: Final = 8  # largest number of pending parts of a topic
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of a recording that is read at once: a chunk, or a file.
+    """A part of a recording that is read as a whole: a chunk or a file.
 
     Attributes:
-        span: log times of its first and its last message [ns].
-        read: its messages by topic, each topic in the order of log times.
+        span: first and last log time [ns].
+        read: reads its messages by topic, each topic in the order of log times.
     """
 
     span: tuple[int, int]
@@ -31,10 +31,10 @@ class Storage(Protocol):
     """One file of a bag."""
 
     def topics(self) -> list[Topic]:
-        """The topics that the file says it holds."""
+        """The topics of the file."""
 
     def pieces(self, wanted: frozenset[str] | None) -> Sequence[Piece]:
-        """Parts that are read one by one, in the order of their first log times.
+        """Pieces of the file, in the order of their first log times.
 
         Args:
             wanted: names of topics; None for all.
@@ -45,7 +45,7 @@ class Storage(Protocol):
 
 
 def in_time_order(pieces: Sequence[Piece]) -> Iterator[tuple[str, Messages]]:
-    """Messages of all pieces; where pieces overlap in time, messages wait for their turn."""
+    """Messages of all pieces in the order of log times, also if pieces overlap."""
     ordered = sorted(pieces, key=lambda piece: piece.span[0])
     borders = [min(piece.span[0], _LATEST) for piece in ordered[1:]]
     waiting: dict[str, list[Messages]] = {}
@@ -65,7 +65,7 @@ def _is_before(messages: Messages, border: int | None) -> bool:
 
 
 def _until(messages: Messages, border: int | None) -> int | None:
-    """Up to where a topic is complete, while its piece goes on behind these messages [ns]."""
+    """Time [ns] up to which a topic is complete, while its piece has further messages."""
     if _is_before(messages, border):
         return int(messages.log_ns[-1]) + 1 if len(messages) else border
     return border
@@ -74,7 +74,7 @@ def _until(messages: Messages, border: int | None) -> int | None:
 def _ready(
     waiting: dict[str, list[Messages]], topic: str, border: int | None
 ) -> Iterator[tuple[str, Messages]]:
-    """The messages of a topic that no later one can come before; the others go on waiting."""
+    """The pending messages of a topic up to `border`; later ones stay pending."""
     ready, later = split_by_time(waiting.pop(topic), border)
     if later is not None:
         waiting[topic] = [later]

@@ -1,4 +1,4 @@
-"""Quality-of-service profiles of publishers: read from bags, and offered for new topics."""
+"""Quality-of-service profiles of publishers in bags."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 
-# ROS writes 2^63 - 1 ns, split into [s] and [ns], where there is no deadline.
+# ROS writes 2^63 - 1 ns, split into [s] and [ns], for no deadline.
 _INFINITE: Final = QosTime(9223372036, 854775807)
 
 
@@ -25,8 +25,8 @@ def reliable_profile(depth: int, *, transient_local: bool = False) -> Qos:
     """A reliable profile that keeps the last messages.
 
     Args:
-        depth: how many messages are kept.
-        transient_local: whether subscriptions that come later get the kept messages too.
+        depth: history depth.
+        transient_local: whether late subscriptions get the kept messages.
     """
     durability = QosDurability.VOLATILE
     if transient_local:
@@ -45,11 +45,10 @@ def reliable_profile(depth: int, *, transient_local: bool = False) -> Qos:
 
 
 def read_profiles(raw: Any) -> tuple[Qos, ...]:
-    """The profiles that a bag holds for a topic; none where they cannot be read.
+    """The profiles of a topic in a bag; empty if they cannot be read.
 
     Args:
-        raw: the value of `offered_qos_profiles`: YAML text, or a list that was read from it; None
-            or "" where the bag has none.
+        raw: the value of `offered_qos_profiles`: YAML text, or its content; None or "" if missing.
     """
     if isinstance(raw, str):
         return _profiles_of(raw)
@@ -69,11 +68,11 @@ def _parsed(raw: Any) -> tuple[Qos, ...]:
 
 
 def profile_entries(profiles: Sequence[Qos]) -> list[Any]:
-    """Profiles as `metadata.yaml` lists them."""
+    """Profiles as entries of `metadata.yaml`."""
     return list(dump_qos_v9(list(profiles)))
 
 
 @cache  # most topics of a bag have the same
 def profile_text(profiles: tuple[Qos, ...]) -> str:
-    """Profiles as a channel of an MCAP file holds them: YAML."""
+    """Profiles as YAML text for a channel of an MCAP file."""
     return yaml.safe_dump(profile_entries(profiles), sort_keys=False).strip()

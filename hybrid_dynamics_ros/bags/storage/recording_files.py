@@ -1,4 +1,4 @@
-"""Which files of a folder are parts of one recording, by their names and times."""
+"""Recognition of the parts of one recording, by names and times of files."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Final
 
 from hybrid_dynamics_core.ground.file_kinds import STORAGE_SUFFIXES, storage_suffix
 
-_PART: Final = re.compile(r"(.+)_(\d+)")  # as `ros2 bag record` calls the parts of a recording
-_OVERLAP: Final = 10**9  # [ns] by which a part may begin before the one before it ends
-_MAX_PAUSE: Final = 10 * 10**9  # [ns] between the end of a part and the next: no longer wait
+_PART: Final = re.compile(r"(.+)_(\d+)")  # names of parts by `ros2 bag record`
+_OVERLAP: Final = 10**9  # [ns] largest overlap of consecutive parts
+_MAX_PAUSE: Final = 10 * 10**9  # [ns] largest gap between consecutive parts
 
 Span = tuple[int, int]  # first and last log time [ns]
 SpanOf = Callable[[Path], Span | None]
@@ -24,8 +24,8 @@ class PartName:
     """The name of a file: `recording_3.mcap.zstd` is part 3 of `recording`.
 
     Attributes:
-        stem: what all parts have.
-        number: of the part; -1 where the name has none.
+        stem: common part of the names.
+        number: number of the part; -1 if the name has none.
     """
 
     stem: str
@@ -33,7 +33,7 @@ class PartName:
 
 
 def part_name(path: Path) -> PartName:
-    """The stem and the number of a file's name."""
+    """Stem and number of a file's name."""
     name = path.name.removesuffix(".zstd")
     for suffix in STORAGE_SUFFIXES:
         name = name.removesuffix(suffix)
@@ -44,7 +44,7 @@ def part_name(path: Path) -> PartName:
 
 
 def recording_files(folder: Path) -> list[Path]:
-    """The files of recordings in a folder, parts in the order of their numbers."""
+    """The files of recordings in a folder, with parts in the order of their numbers."""
     files = [file for file in folder.iterdir() if file.is_file() and storage_suffix(file)]
 
     def key(path: Path) -> tuple[str, int, str]:
@@ -57,13 +57,14 @@ def recording_files(folder: Path) -> list[Path]:
 def are_one_recording(folder: Path, files: Sequence[Path], span_of: SpanOf) -> bool:
     """Whether files without metadata are parts of one recording.
 
-    They are where all have the name of the folder. They are too where all have some other name,
-    numbers, and times that go on from one to the next.
+    They are if all are named after the folder. They are also if all have another common name,
+    numbers, and consecutive times.
 
     Args:
-        folder: where they are.
-        files: in the order of their numbers.
-        span_of: first and last log time of a file [ns]; None where nothing of it can be read.
+        folder: their folder.
+        files: the files, in the order of their numbers.
+        span_of: function from a file to its first and last log time [ns]; None if it cannot be
+            read.
     """
     if len(files) < 2:
         return bool(files)
@@ -79,7 +80,7 @@ def are_one_recording(folder: Path, files: Sequence[Path], span_of: SpanOf) -> b
 
 
 def missing_parts(files: Sequence[Path]) -> list[str]:
-    """Names of parts that are not there, though those before and behind them are."""
+    """Names of parts that are missing between existing ones."""
     names = []
     for before, after in pairwise(files):
         first, last = part_name(before), part_name(after)
@@ -93,7 +94,7 @@ def missing_parts(files: Sequence[Path]) -> list[str]:
 
 
 def _follow_each_other(numbers: Sequence[int], spans: Sequence[Span | None]) -> bool:
-    """Whether each part begins about where the one before it ends."""
+    """Whether each part begins approximately at the end of the one before."""
     readable = [(number, span) for number, span in zip(numbers, spans, strict=True) if span]
     longest = max((last - first for _, (first, last) in readable), default=0)
     for (number, (_, end)), (later_number, (begin, _)) in pairwise(readable):

@@ -1,7 +1,6 @@
-"""sqlite3 files of rosbag2.
+"""Reader of sqlite3 files of rosbag2.
 
-They have no checksums. What can be compared is compared: tables with their indices, and rows with
-the topics that they name.
+They have no checksums. So tables are compared with their indices, and rows with their topics.
 """
 
 from __future__ import annotations
@@ -19,29 +18,29 @@ from .qos import read_profiles
 from .sqlite_leftovers import Leftovers
 from .storage import CDR, Losses, Messages, Topic
 
-_BATCH: Final = 8192  # messages that are read together
-_MAX_FAULTS: Final = 5  # of a file, that are told
+_BATCH: Final = 8192  # messages per query
+_MAX_FAULTS: Final = 5  # reported per file
 _COUNTS: Final = "SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"
 _SPAN: Final = "SELECT MIN(timestamp), MAX(timestamp) FROM messages"
 _ROWS: Final = "SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY timestamp, id"
-# Of a damaged file: without an index, as far as it goes.
+# For a damaged file: without an index, up to the first error.
 _READABLE_ROWS: Final = "SELECT timestamp, data FROM messages NOT INDEXED WHERE topic_id = ?"
 _DEFINITIONS: Final = "SELECT * FROM message_definitions"
 _NO_DATABASE: Final = (sqlite3.Error, KeyError, ValueError, TypeError, OverflowError, MemoryError)
 
 
 class SqliteReader:
-    """One .db3 file, read only."""
+    """A reader of one .db3 file."""
 
     def __init__(self, path: Path, losses: Losses) -> None:
         """Open the file.
 
         Args:
             path: the file.
-            losses: where to tell what cannot be read.
+            losses: receives texts on parts that cannot be read.
 
         Raises:
-            BagError: it is no database of rosbag2.
+            BagError: the file is no database of rosbag2.
         """
         self._path = path
         self._losses = losses
@@ -52,7 +51,7 @@ class SqliteReader:
             self._leftovers.close()
             raise _no_bag(path, error) from error
         try:
-            # A file that was cut off is refused without this; nothing is written.
+            # Without this, truncated files are refused; nothing is written.
             self._base.execute("PRAGMA writable_schema = ON")
             topics = self._table("SELECT * FROM topics")
             self._topics = {str(topic["name"]): topic for topic in topics}
@@ -70,11 +69,11 @@ class SqliteReader:
         self._leftovers.close()
 
     def topics(self) -> list[Topic]:
-        """The topics that the file says it holds."""
+        """The topics of the file."""
         return [self._topic(name, entry) for name, entry in self._topics.items()]
 
     def pieces(self, wanted: frozenset[str] | None) -> list[Piece]:
-        """All of the file, topic after topic."""
+        """The whole file as one piece."""
         try:
             span = self._base.execute(_SPAN).fetchone()
         except sqlite3.Error:
@@ -94,13 +93,13 @@ class SqliteReader:
         self._losses.add(f"{self._path.name}: {what}")
 
     def _table(self, query: str) -> list[dict[str, Any]]:
-        """Rows of a table by names of columns. Raises sqlite3.Error."""
+        """Rows of a query as dictionaries; raises sqlite3.Error."""
         cursor = self._base.execute(query)
         columns = [column[0] for column in cursor.description]
         return [dict(zip(columns, row, strict=True)) for row in cursor]
 
     def _check(self) -> bool:
-        """Whether the file is as SQLite writes it. Each fault is added to the losses."""
+        """Whether the file passes SQLite's integrity check; faults are added to the losses."""
         try:
             rows = self._base.execute(f"PRAGMA integrity_check({_MAX_FAULTS})").fetchall()
             lines = [line for (text,) in rows for line in str(text).splitlines()]
@@ -114,7 +113,7 @@ class SqliteReader:
         return False
 
     def _read_definitions(self) -> dict[str, tuple[str, str]]:
-        """Language and text of message definitions by type; older files have none."""
+        """Language and text of message definitions by type; empty for older files."""
         try:
             rows = self._table(_DEFINITIONS)
             return {
@@ -128,11 +127,11 @@ class SqliteReader:
             return {}
 
     def _count(self) -> dict[Any, int] | None:
-        """Messages by number of their topic; rows of no topic are a loss."""
+        """Number of messages by topic number; rows without a topic are added to the losses."""
         try:
             counts = dict(self._base.execute(_COUNTS))
         except sqlite3.Error:
-            return None  # reading tells what is wrong
+            return None  # reading reports the error
         numbers = set(self._numbers.values())
         lost = sum(count for number, count in counts.items() if number not in numbers)
         if lost:
@@ -182,7 +181,7 @@ class SqliteReader:
         return messages.part(messages.log_ns.argsort(kind="stable"))
 
     def _messages(self, name: str, rows: Sequence[tuple[Any, Any]]) -> Messages:
-        """The messages of some rows; rows of other types are lost."""
+        """The messages of some rows; rows of other types are added to the losses."""
         times: list[int] = []
         contents: list[bytes] = []
         for log_ns, data in rows:

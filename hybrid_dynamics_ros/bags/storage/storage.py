@@ -1,4 +1,4 @@
-"""What bags are made of, whatever their storage: topics, messages, and what could not be read."""
+"""Data of bags, independent of their storage: topics, messages and losses."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .compression import ZSTD_ERRORS, ZSTD_MARK, zstd
 MAX_LOSSES: Final = 1000  # sentences
 CDR: Final = "cdr"  # the encoding of ROS 2
 ROS2_MSG: Final = "ros2msg"  # the language of .msg files
-_MAX_LOSS_KINDS: Final = 20  # of the losses that are only counted
+_MAX_LOSS_KINDS: Final = 20  # kinds of losses that are only counted
 _OTHER_KINDS: Final = "of other kinds"
-_NUMBER: Final = re.compile(r"(?<![\w/.-])\d+(?![\w/])")  # numbers in names stay
+_NUMBER: Final = re.compile(r"(?<![\w/.-])\d+(?![\w/])")  # numbers outside of names
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,10 @@ class Topic:
         kind: its message type.
         qos: the profiles that its publishers offered.
         definition: the text of its message definition.
-        language: that the definition is written in, as MCAP calls it; empty where there is none.
-        encoding: of its messages; only `cdr` can be read.
+        language: language of the definition in MCAP's terms; empty if there is none.
+        encoding: encoding of its messages; only `cdr` can be read.
         digest: RIHS hash of its message type.
-        message_count: how many messages the bag says it has; None where it does not say.
+        message_count: number of messages in the metadata; None if unknown.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Topic:
     message_count: int | None = None
 
     def with_type_description(self) -> Topic:
-        """The topic with the definition and the hash of its type, where the type is known."""
+        """The topic with definition and hash of its type, if the type is known."""
         store = typestore()
         if self.kind not in store.types:
             return self
@@ -74,9 +74,9 @@ class Messages:
 
     Attributes:
         log_ns: log times (N,) [ns].
-        data: bytes that hold the messages.
-        offsets: where in `data` each message begins (N,).
-        lengths: bytes of each message (N,).
+        data: bytes that contain the messages.
+        offsets: offset of each message in `data` (N,).
+        lengths: size of each message [bytes] (N,).
     """
 
     log_ns: NDArray[np.int64]
@@ -88,7 +88,7 @@ class Messages:
         return len(self.log_ns)
 
     def sizes(self) -> list[int]:
-        """The lengths that occur, in ascending order."""
+        """The distinct lengths, in ascending order."""
         lengths = self.lengths
         if len(lengths) and (lengths == lengths[0]).all():
             return [int(lengths[0])]
@@ -105,7 +105,7 @@ class Messages:
             yield RawMessage(log_ns, self.message(row))
 
     def block(self, rows: NDArray[np.intp], size: int) -> Bytes:
-        """Messages of one size (k, size); a view where they are equally spaced."""
+        """Messages of one size (k, size); a view if they are equally spaced."""
         offsets = self.offsets[rows]
         step = size
         if len(rows) > 1:
@@ -118,12 +118,12 @@ class Messages:
         return gathered
 
     def part(self, rows: NDArray[Any]) -> Messages:
-        """The messages of some rows, in the order of the rows."""
+        """Some of the messages, in the order of `rows`."""
         return Messages(self.log_ns[rows], self.data, self.offsets[rows], self.lengths[rows])
 
     @staticmethod
     def of(log_ns: list[int], messages: list[bytes]) -> Messages:
-        """Messages from log times [ns] and the bytes of each."""
+        """Make messages from log times [ns] and the bytes of each."""
         lengths = np.array([len(message) for message in messages], dtype=np.int64)
         data = np.frombuffer(b"".join(messages), dtype=np.uint8)
         offsets = np.cumsum(lengths) - lengths
@@ -132,16 +132,16 @@ class Messages:
 
 @dataclass(eq=False)
 class Losses:
-    """What could not be read, a sentence each.
+    """Texts on parts that could not be read.
 
-    After a thousand sentences further losses are only counted, by kind.
+    After a thousand sentences, further losses are only counted by kind.
     """
 
     _texts: dict[str, None] = field(default_factory=dict)
     _counts: Counter[str] = field(default_factory=Counter)
 
     def add(self, text: str) -> None:
-        """Add a loss, unless the same sentence is there already."""
+        """Add a sentence, without duplicates."""
         if text in self._texts:
             return
         if len(self._texts) < MAX_LOSSES:
@@ -150,7 +150,7 @@ class Losses:
             self._counts[self._kind_of(text)] += 1
 
     def describe(self) -> list[str]:
-        """The sentences, then how many more there were of each kind."""
+        """The sentences, then numbers of further losses by kind."""
         counts = [f"... and {count} more: {kind}" for kind, count in self._counts.items()]
         return [*self._texts, *counts]
 
@@ -165,10 +165,10 @@ def unpack_messages(messages: Messages, losses: Losses, topic: str, *, is_packed
     """Decompress messages that were compressed one by one; damaged ones become losses.
 
     Args:
-        messages: of one topic.
-        losses: where to tell which are damaged.
-        topic: its name.
-        is_packed: whether all are compressed. If not, those are that begin as zstd does.
+        messages: messages of one topic.
+        losses: receives texts on damaged messages.
+        topic: name of the topic.
+        is_packed: whether all are compressed; otherwise those that begin like zstd frames are.
     """
     is_marked = _begin_with(messages, ZSTD_MARK) | is_packed
     if not is_marked.any():
@@ -191,7 +191,7 @@ def unpack_messages(messages: Messages, losses: Losses, topic: str, *, is_packed
 
 
 def _begin_with(messages: Messages, mark: bytes) -> NDArray[np.bool_]:
-    """Which messages begin with some bytes (N,)."""
+    """Mask (N,) of messages that begin with given bytes."""
     result = messages.lengths >= len(mark)
     for k, byte in enumerate(mark):
         result[result] &= messages.data[messages.offsets[result] + k] == byte
