@@ -210,6 +210,8 @@ def _mass_remarks(machine: Robot, state: ClosedState) -> list[str]:
     reason = "is idle and moves no mass: forward dynamics leaves it out"
     notes = [f"{name} {reason}" for name in omitted]
     others = [k for k, name in enumerate(machine.active) if name not in omitted]
+    if not others:
+        return notes
     condition = np.linalg.cond(mass_matrix[np.ix_(others, others)])
     if condition > LARGE_CONDITION:
         text = f"M-bar has the condition number {number(condition)}"
@@ -219,7 +221,7 @@ def _mass_remarks(machine: Robot, state: ClosedState) -> list[str]:
 
 def _without_mass(machine: Robot, mass_matrix: Array, ddu: Array) -> list[str]:
     """Idle coordinates that forward dynamics has left out."""
-    largest = np.abs(mass_matrix).max()
+    largest = np.abs(mass_matrix).max(initial=0.0)
     names: list[str] = []
     for k, name in enumerate(machine.active):
         has_mass = np.abs(mass_matrix[k]).max() > NO_MASS * largest

@@ -69,7 +69,7 @@ def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
     nearest, least = None, SAME
     for k, mode in enumerate(modes):
         halves = np.sin(0.5 * (mode.state.s - state.s))
-        distance = float(np.abs(halves).max())
+        distance = float(np.abs(halves).max(initial=0.0))
         if distance < least:
             nearest, least = k, distance
     return nearest

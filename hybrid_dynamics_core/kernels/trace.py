@@ -10,6 +10,8 @@ from typing import Any
 from ..algebra.scalar import Scalar
 from .graph import Graph, Operand
 
+_MATRICES = frozenset({"R", "M", "C", "dR", "d_u", "d_du", "d_ddu", "d_tau"})  # outputs of n rows
+
 
 @dataclass(frozen=True)
 class Check:
@@ -83,7 +85,10 @@ def trace(program: Traceable, sizes: Sequence[int], name: str = "0") -> Trace:
     flat: list[Operand] = []
     layout = []
     for output, value in results.outputs.items():
-        layout.append((output, _shape(value)))
+        shape = _shape(value)
+        if shape == (0,) and output in _MATRICES:  # of a robot in which nothing moves
+            shape = (0, 0)
+        layout.append((output, shape))
         flat += flatten(value)
     return Trace(graph, tuple(sizes), tuple(flat), tuple(layout), tuple(results.checks), name)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..closed_state.state import ClosedState, ClosureStatus
+from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arguments import integer
 from ..ground.progress import Progress
@@ -166,9 +167,11 @@ def find_workspace(
         held: constant coordinates by name [rad, m].
 
     Raises:
-        InputError: count is below 1, or a range or constant coordinate is wrong.
+        InputError: count is below 1, or a range or constant coordinate is wrong; nothing moves.
     """
     count = integer("count", count)
+    if not robot.active:
+        raise InputError(f"{robot.name} has no joint that moves, so it has no workspace")
     box, assumed = sampled_ranges(robot, ranges, held)
     u = halton_samples(box, count, denser=count // 2)
     starts = range(0, len(u), _BATCH)

@@ -122,7 +122,8 @@ class Actuation:
         names = self.all_drives
         preload_of = self._by_drive("preload", preload or {})
         weight_of = self._by_drive("weights", weights or {})
-        lower, upper = np.array([self._force_bounds(name) for name in names]).T
+        bounds = [self._force_bounds(name) for name in names]
+        lower, upper = np.reshape(bounds, (-1, 2)).T
         weight = _weights(lower, upper)
         for name, value in weight_of.items():
             weight[names.index(name)] = value
@@ -131,13 +132,14 @@ class Actuation:
         wanted = np.array([preload_of.get(name, 0.0) for name in names])
         drives = Drives(lower, upper, weight, wanted)
         driven = [k for k, name in enumerate(self._model.active) if name not in self._model.idle]
-        rows = [self._rates_of(state.R, name) for name in names]
-        rates = np.stack(rows, axis=-2)[..., driven]
-        loads = tau[..., driven]
-        pairs = zip(
-            np.reshape(rates, (-1, len(names), len(driven))), np.atleast_2d(loads), strict=True
-        )
-        shares = [distribute(rate, load, drives) for rate, load in pairs]
+        rates = np.zeros((*tau.shape[:-1], len(names), len(driven)))
+        for k, name in enumerate(names):
+            rates[..., k, :] = self._rates_of(state.R, name)[..., driven]
+        loads = np.atleast_2d(tau[..., driven])
+        pairs = zip(np.reshape(rates, (len(loads), len(names), len(driven))), loads, strict=True)
+        shares: list[Array] = []
+        for rate, load in pairs:
+            shares.append(distribute(rate, load, drives) if names else np.zeros(0))
         forces = np.reshape(shares, (*tau.shape[:-1], len(names)))
         return self._distribution(tau, rates, forces, drives, driven)
 
@@ -148,7 +150,8 @@ class Actuation:
         given = np.einsum("...mi,...m->...i", rates, forces)
         missing = np.zeros(tau.shape)
         missing[..., driven] = tau[..., driven] - given
-        largest = np.abs(rates).max(axis=-2) * np.abs(forces).max(axis=-1, keepdims=True)
+        largest = np.abs(rates).max(axis=-2, initial=0.0)
+        largest = largest * np.abs(forces).max(axis=-1, keepdims=True, initial=0.0)
         rounding = IMPOSSIBLE * np.maximum(np.abs(tau[..., driven]), largest)
         is_possible = (np.abs(missing[..., driven]) <= rounding).all(axis=-1)
         at_limit = (forces <= drives.lower) | (forces >= drives.upper)
@@ -286,6 +289,8 @@ class Actuation:
             rows: rows of R of the drives, (n, n) or (N, n, n).
         """
         n = rows.shape[-1]
+        if not n:
+            return
         # rows that do not close stay NaN
         closed = np.isfinite(rows).all(axis=(-2, -1), keepdims=True)
         sizes = np.linalg.norm(rows, axis=-1, keepdims=True)
