@@ -1,4 +1,4 @@
-"""Load all robot files of some folders; where MuJoCo takes one too, compare both.
+"""Load all robot files of some folders; where MuJoCo or Pinocchio takes one too, compare both.
 
 python tools/public_files.py FOLDER... [--ext .xml .mjcf] [--most 60] [--out table.tsv]
 
@@ -6,6 +6,10 @@ Each file is tried in a process of its own. It prints how many load, are refused
 many of those that load agree with MuJoCo in mass matrix, weight and inverse dynamics at three
 closed states. Files with more freedoms than `--most` are loaded and not compared. Lines of the
 table: file, outcome, freedoms, largest relative difference, reason.
+
+`--ext .urdf .yaml` compares URDF, URDF+ and robot.yaml files with Pinocchio: the same numbers, and
+what couplings and loops miss in position, velocity and acceleration. A robot.yaml of Gepetto's has
+its URDF beside it.
 """
 
 from __future__ import annotations
@@ -28,7 +32,14 @@ from hybrid_dynamics_core.formats.reader import read_description
 
 NEAR = 1e-9  # relative difference that counts as none
 SECONDS = 120  # for one file
-ROOTS = {".xml": "<mujoco", ".mjcf": "<mujoco", ".urdf": "<robot", ".sdf": "<sdf"}
+ROOTS = {
+    ".xml": "<mujoco",
+    ".mjcf": "<mujoco",
+    ".urdf": "<robot",
+    ".sdf": "<sdf",
+    ".yaml": "name_mot",
+}
+PINOCCHIOS = (".urdf", ".yaml")
 
 
 def main() -> int:
@@ -86,6 +97,8 @@ def in_a_process(file: Path, most: int) -> list[str]:
 def tried(file: Path, most: int) -> list[str]:
     """Outcome, freedoms, largest difference and reason."""
     expected = None
+    if file.suffix in PINOCCHIOS:
+        return tried_in_pinocchio(file, most)
     if ROOTS[file.suffix] == "<mujoco":
         expected, reason = mujoco_model(file)
         if expected is None:
@@ -100,11 +113,7 @@ def tried(file: Path, most: int) -> list[str]:
 
 def loaded(file: Path, most: int, expected: Any) -> list[str]:
     """Load a file and compare it."""
-    description = read_description(file)
-    effects = {}
-    for name, effect in description.effects.items():
-        effects[name] = replace(effect, coulomb=0.0)
-    robot = Robot(replace(description, effects=effects))
+    robot = robot_of(file, coulomb=0.0)
     count = len(robot.coordinates)
     if expected is None or count > most:
         return ["loads, not compared", str(count), "", "" if expected is None else "too many"]
@@ -112,6 +121,40 @@ def loaded(file: Path, most: int, expected: Any) -> list[str]:
     largest = max(differences)
     outcome = "agrees" if largest < NEAR else "differs"
     return [outcome, str(count), f"{largest:.2g}", "differs" if outcome == "differs" else ""]
+
+
+def robot_of(file: Path, **effects: float) -> Robot:
+    """The robot of a file, with some effects of all its joints as given."""
+    description = read_description(file)
+    changed = {}
+    for name, effect in description.effects.items():
+        changed[name] = replace(effect, **effects)
+    return Robot(replace(description, effects=changed))
+
+
+# -- Pinocchio
+
+
+def tried_in_pinocchio(file: Path, most: int) -> list[str]:
+    """Outcome, freedoms, largest difference and reason, without springs and dry friction."""
+    from pinocchio_files import NotComparedError, PinocchioFile, difference  # noqa: PLC0415
+
+    try:
+        robot = robot_of(file, coulomb=0.0, stiffness=0.0, preload=0.0)
+    except HybridDynamicsError as error:
+        return ["refused", "", "", " ".join(str(error).split())]
+    count = len(robot.coordinates)
+    if count > most:
+        return ["loads, not compared", str(count), "", "too many"]
+    try:
+        other = PinocchioFile(file)
+        pairs = [difference(robot, other, closed_state(robot, seed)) for seed in range(3)]
+    except (NotComparedError, ValueError) as error:
+        return ["loads, not compared", str(count), "", " ".join(str(error).split())]
+    largest = max(max(pair) for pair in pairs)
+    if largest < NEAR:
+        return ["agrees", str(count), f"{largest:.2g}", ""]
+    return ["differs", str(count), f"{largest:.2g}", f"differs by {pairs}"]
 
 
 # -- MuJoCo
