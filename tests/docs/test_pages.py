@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.sampling import swept
 
 from .blocks import ROOT, RUN, Session, blocks_of
@@ -45,6 +47,7 @@ CHECKED = (
     "docs/examples.md",
     "docs/exchange.md",
     "docs/figure_10.md",
+    "docs/humanoid.md",
     "docs/performance.md",
     "docs/view.md",
 )
@@ -170,6 +173,34 @@ def _inside(scope: dict[str, Any]) -> float:
     truth = result.base.values(result.parameters.values(scope["robot"].description))
     low, high = result.interval.T
     return float(((truth > low) & (truth < high)).mean())
+
+
+def test_the_humanoid_of_the_page_loads() -> None:
+    block = next(block for block in blocks_of("docs/humanoid.md") if block.language == "yaml")
+    robot = Robot(parse_description(block.text, file="humanoid.yaml"))
+    assert len(robot.description.motors) == 12
+    assert len(robot.idle) == 6
+    drawn = (ROOT / "docs" / "images" / "humanoid.svg").read_text(encoding="utf-8")
+    assert all(loop in drawn for loop in ("push_in_L", "push_out_L", "push_in_R", "push_out_R"))
+
+
+@pytest.mark.sweep(sample="test_the_humanoid_of_the_page_loads")
+def test_the_humanoid_stands_on_one_foot_and_falls(read: Any, tmp_path: Path) -> None:
+    needs("docs/humanoid.md")
+    scope = read("docs/humanoid.md")
+    robot, standing, by_motor = scope["robot"], scope["standing"], scope["by_motor"]
+    weight = 9.81 * robot.centroidal(standing).mass
+    assert scope["contact"] == pytest.approx([0, 0, weight, 0, scope["contact"][4], 0], abs=1e-8)
+    assert scope["pressure"] == pytest.approx(robot.centroidal(standing).com[0], abs=1e-9)
+    shown = [by_motor[name] for name in ("q_in_L", "q_out_L", "knee_L")]
+    assert shown == pytest.approx([5.5, 6.7, -41.0], abs=0.1)
+    assert scope["push_off"] == pytest.approx(scope["ankle"].T @ [80.0, 5.0], rel=1e-9)
+    assert scope["momentum"] == pytest.approx(
+        robot.centroidal(standing).momentum_matrix @ scope["du"], abs=1e-12
+    )
+    assert scope["momentum"][0] != pytest.approx(0.0, abs=0.1)
+    assert scope["fall"] == pytest.approx([0, 0, -9.81], abs=1e-9)
+    assert (tmp_path / "humanoid.svg").stat().st_size > 10_000
 
 
 def test_performance_runs(read: Any) -> None:
