@@ -1,6 +1,6 @@
-"""The demo: the paper's trajectory goes from a recording into the running node.
+"""The demo: it plays the paper's trajectory from a recording into the running node.
 
-The results are shown, recorded and drawn.
+It shows, records and draws the results.
 
 python -m hybrid_dynamics_ros.demo --help
 """

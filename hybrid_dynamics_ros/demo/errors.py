@@ -1,9 +1,9 @@
-"""Errors of the demo, in words for the terminal."""
+"""Errors of the demo, with texts for the terminal."""
 
 
 class DemoError(Exception):
-    """The demo cannot go on; the text says why and what to do."""
+    """The demo failed; the text says why and what to do."""
 
 
 class InterruptedDemoError(DemoError):
-    """Someone asked the demo to stop."""
+    """The demo was interrupted."""

@@ -1,4 +1,4 @@
-"""What must come out of the node for a recording: how many messages, and with which stamps."""
+"""The expected output of the node for a recording: numbers of messages, and their stamps."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .topics import EFFORTS, INPUT, POSE, STATES, TYPES
 
 @dataclass(frozen=True, eq=False)
 class Expectation:
-    """What a recording leads to.
+    """The expected output for a recording.
 
     Attributes:
         stamp_ns: header stamps of the input (N,) [ns].
         acceleration: (N, n) estimate of the node's filter [rad/s^2 or m/s^2]. Rows are NaN while it
-            fills: the node sends no efforts then.
+            is filling, when the node sends no efforts.
     """
 
     stamp_ns: NDArray[np.int64]
@@ -31,7 +31,7 @@ class Expectation:
 
     @property
     def with_efforts(self) -> NDArray[np.bool_]:
-        """Inputs (N,) that are answered with efforts."""
+        """Mask (N,) of inputs that lead to efforts."""
         return np.asarray(np.isfinite(self.acceleration).all(axis=1))
 
     @property
@@ -42,17 +42,17 @@ class Expectation:
 
     @property
     def duration(self) -> float:
-        """From the first to the last stamp [s]."""
+        """Time from the first to the last stamp [s]."""
         return float(self.stamp_ns[-1] - self.stamp_ns[0]) * 1e-9
 
 
 def expect(messages: Sequence[RawMessage], bandwidth: float, max_gap: float) -> Expectation:
-    """What the node makes of JointState messages with velocities.
+    """The expected output for JointState messages with velocities.
 
     Args:
         messages: the recording.
-        bandwidth: of the node's acceleration filter [Hz].
-        max_gap: of the node's acceleration filter [s].
+        bandwidth: bandwidth of the node's acceleration filter [Hz].
+        max_gap: largest gap of the node's acceleration filter [s].
     """
     estimator = MotionEstimator(bandwidth, max_gap)
     state: EstimatorState | None = None

@@ -1,4 +1,4 @@
-"""A complete run: play and record, judge, draw, and say what there is."""
+"""A complete run: play, record, judge, draw, and report."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .trajectory import ROBOT, SOURCE
 
 SUBTITLE: Final = f"Trajectory of {SOURCE}; efforts and poses as received from the running node"
 _WIDTH: Final = 80  # letters of a terminal
-_LABEL_WIDTH: Final = 21  # of them for a label
+_LABEL_WIDTH: Final = 21  # letters of a label
 _NOTES: Final = {"source": SOURCE, "robot": ROBOT}
 _LABELS: Final = {
     INPUT: "input",
@@ -37,7 +37,7 @@ _LABELS: Final = {
 
 @dataclass(frozen=True)
 class Files:
-    """What a run leaves in its output folder."""
+    """Files of a run in its output folder."""
 
     bag: Path
     png: Path
@@ -45,17 +45,17 @@ class Files:
 
 
 def run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
-    """Run the demo. Whether all went well: nothing lost, efforts as the model gives them.
+    """Run the demo; returns whether no message was lost and the efforts equal the model's.
 
     Args:
-        output: folder for the files; made where it is missing.
+        output: folder for the files; created if missing.
         rate: recorded time over real time.
-        live: whether to show what comes as it comes.
-        out: where the live view and the summary go.
+        live: whether to show the live view.
+        out: stream for the live view and the summary.
 
     Raises:
         DemoError: the node or the player failed, or the bag cannot be written.
-        InterruptedDemoError: a signal asked to stop.
+        InterruptedDemoError: the run was interrupted by a signal.
     """
     robot = load(ROBOT)
     output.mkdir(parents=True, exist_ok=True)
@@ -76,7 +76,7 @@ def run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
 def _record(
     expected: Expectation, bag: Path, rate: float, view: LiveView | None, out: TextIO
 ) -> None:
-    """Play and record; what happens is told where there is a live view."""
+    """Play and record, with messages if there is a live view."""
 
     def say(text: str) -> None:
         if view is not None:
@@ -95,7 +95,7 @@ def _say(out: TextIO, text: str) -> None:
 
 
 def summary(verdict: Verdict, files: Files) -> str:
-    """The findings and where the files are, for the terminal."""
+    """The verdict and the paths of the files, for the terminal."""
     lines = ["", f"{verdict.expected[INPUT]} messages played, {verdict.lost} messages lost"]
     lines += [_topic_line(verdict, topic) for topic in _LABELS]
     median, late = (f"{1e3 * delay:.1f} ms" for delay in verdict.delay)
@@ -113,7 +113,7 @@ def summary(verdict: Verdict, files: Files) -> str:
 
 
 def wrapped(line: str) -> str:
-    """A line of the summary on as many as a terminal needs; later ones stand below the text."""
+    """A line of the summary, wrapped to the terminal's width and indented."""
     indent = " " * _LABEL_WIDTH
     return fill(
         line, _WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
@@ -121,7 +121,7 @@ def wrapped(line: str) -> str:
 
 
 def _topic_line(verdict: Verdict, topic: str) -> str:
-    """How many messages of a topic came."""
+    """Text on the number of received messages of a topic."""
     expected, received = verdict.expected[topic], verdict.received[topic]
     text = f"  {_LABELS[topic]:<19}{received:5d} of {expected:5d} received"
     skipped = verdict.expected[INPUT] - expected

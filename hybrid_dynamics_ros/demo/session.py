@@ -1,6 +1,6 @@
 """The live part of the demo.
 
-Node and player are processes of their own; recorder and live view are in this one.
+Node and player are child processes; recorder and live view are in this process.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from .play.recorder import QUEUE, Recorder
 from .play.recording import SHIPPED
 from .trajectory import ROBOT
 
-_START_DEADLINE: Final = 60.0  # [s] for the node to come up and answer
-_PLAY_MARGIN: Final = 120.0  # [s] that the player may take longer than the recording
-_QUIET_DEADLINE: Final = 5.0  # [s] without a message, once the player has ended: others are lost
+_START_DEADLINE: Final = 60.0  # [s] for the node to start and respond
+_PLAY_MARGIN: Final = 120.0  # [s] of the player beyond the duration of the recording
+_QUIET_DEADLINE: Final = 5.0  # [s] without a message after the player's end; then the rest is lost
 _NODE_MODULE: Final = "hybrid_dynamics_ros.node"
 _PLAYER_MODULE: Final = "hybrid_dynamics_ros.demo.play.player"
-_MAX_WAIT: Final = 0.02  # [s] for a message, between two looks at the processes
-_SUBSCRIBERS: Final = 2  # of the input: the node and the recorder
+_MAX_WAIT: Final = 0.02  # [s] for a message, between two checks of the processes
+_SUBSCRIBERS: Final = 2  # subscribers of the input: the node and the recorder
 _NO_LOG_FILES: Final = ("--ros-args", "--disable-external-lib-logs")
 
 
 class Session:
-    """Plays the shipped recording into a node and records what comes out."""
+    """Plays the shipped recording into a node, and records the output."""
 
     def __init__(
         self,
@@ -55,11 +55,11 @@ class Session:
         """Prepare; nothing starts yet.
 
         Args:
-            expected: what the recording leads to.
-            logs: folder for what the processes print.
-            say: tells people what happens.
-            view: the live view; None: nothing is shown.
-            stop: ends it early.
+            expected: the expected output.
+            logs: folder for the output of the processes.
+            say: shows a message.
+            view: the live view, or None.
+            stop: event that ends it early.
         """
         self._expected = expected
         self._logs = logs
@@ -68,10 +68,10 @@ class Session:
         self._stop = stop
 
     def record(self, bag: BagWriter, rate: float) -> None:
-        """Start all, play the recording, record what comes, end all.
+        """Start the processes, play the recording, record the output, and end the processes.
 
         Args:
-            bag: where the messages go.
+            bag: the bag to write.
             rate: recorded time over real time.
 
         Raises:
@@ -88,7 +88,7 @@ class Session:
             self._say(f"  plays {_relative(SHIPPED)}")
             recorder = Recorder(ros_node, bag)
             self._connect(executor, recorder, model, player)
-            recorder.listen_to_input()  # with this second subscriber the player begins
+            recorder.listen_to_input()  # the player starts with this second subscriber
             try:
                 self._play(executor, recorder, model, player, self._expected.duration / rate)
             finally:
@@ -122,7 +122,7 @@ class Session:
                 )
 
     def _is_finished(self, recorder: Recorder, player: Child) -> bool:
-        """Whether all has come, or nothing will come any more."""
+        """Whether all messages have arrived, or no more are expected."""
         expected = self._expected.counts
         if all(recorder.counts[topic] >= count for topic, count in expected.items()):
             return True
@@ -131,7 +131,7 @@ class Session:
 
     def _spin(self, executor: Executor, *children: Child) -> None:
         executor.spin_once(timeout_sec=_MAX_WAIT)
-        # First: a process that ends because of the same Ctrl-C is no failure.
+        # Checked first: a process that ends by the same Ctrl-C is no failure.
         if self._stop.is_set():
             raise InterruptedDemoError("Stopped.")
         for process in children:
@@ -157,7 +157,7 @@ def _player_arguments(rate: float) -> list[str]:
 
 
 def _relative(path: Path) -> Path:
-    """A path as seen from the working folder, where it is inside."""
+    """A path relative to the working folder, if it is inside."""
     here = Path.cwd()
     if path.is_relative_to(here):
         return path.relative_to(here)
@@ -166,7 +166,7 @@ def _relative(path: Path) -> Path:
 
 @contextmanager
 def stop_signals() -> Iterator[threading.Event]:
-    """An event that the signals to end set, instead of what they do otherwise."""
+    """A context in which SIGINT and SIGTERM only set an event."""
     stop = threading.Event()
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = {number: signal.signal(number, lambda *_: stop.set()) for number in numbers}
@@ -181,11 +181,11 @@ def stop_signals() -> Iterator[threading.Event]:
 def _ros_node(name: str) -> Iterator[tuple[Node, Executor]]:
     try:
         rclpy.init(args=[*_NO_LOG_FILES], signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:  # of the middleware
+    except RuntimeError as error:  # raised by the middleware
         raise DemoError(f"ROS does not start: {error}") from error
     try:
         node = rclpy.create_node(name, enable_rosout=False, start_parameter_services=False)
-        # Jazzy's events executor fails where callbacks take a message's times.
+        # Jazzy's events executor fails for callbacks with message information.
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         yield node, executor

@@ -21,9 +21,9 @@ TYPES: Final = {
     POSE: "geometry_msgs/msg/PoseStamped",
 }
 OUTPUTS: Final = (STATES, EFFORTS, POSE)
-_DEPTH: Final = 50  # messages that publishers keep
+_DEPTH: Final = 50  # history depth of publishers
 
 
 def bag_topics(names: Iterable[str]) -> list[Topic]:
-    """Topics of the demo as a bag holds them."""
+    """Topics of the demo, as topics of a bag."""
     return [Topic(name, TYPES[name], (reliable_profile(_DEPTH),)) for name in names]

@@ -1,1 +1,1 @@
-"""Messages as data: their layouts, what is read from them and written into them. Knows no rclpy."""
+"""Messages as data: layouts, reading and writing. It does not depend on rclpy."""

@@ -1,7 +1,7 @@
-"""CDR: messages written as bytes, without an object for each.
+"""Writing of CDR messages as bytes, without message objects.
 
-Little-endian CDR as ROS 2 writes it: four bytes that tell the encoding, then the fields. Each field
-is aligned to its size from the fifth byte on.
+ROS 2 uses little-endian CDR: four bytes for the encoding, then the fields. Each field is aligned to
+its size, counted from the fifth byte.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Bytes = NDArray[np.uint8]
-HEAD: Final = 4  # bytes before the fields
+HEAD: Final = 4  # [bytes] before the fields
 LITTLE: Final = b"\x00\x01\x00\x00"
 STAMP: Final = struct.Struct("<iI")
-NS: Final = 10**9  # a second [ns]
+NS: Final = 10**9  # [ns] in a second
 LEAST_SEC: Final = -(2**31)  # [s] of builtin_interfaces/Time
 MOST_SEC: Final = 2**31 - 1
 _DOUBLE: Final = struct.Struct("<d")
@@ -26,22 +26,22 @@ _FLOAT64: Final = np.dtype("<f8")
 
 
 class MessageTemplate:
-    """A message with fixed names and lengths, whose numbers differ.
+    """A message with fixed names and lengths, and slots for numbers.
 
     `fill` makes one message; `pattern` and `columns` make many.
     """
 
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
-        self._slots: list[tuple[str, int, np.dtype[Any]]] = []  # complete before the first message
+        self._slots: list[tuple[str, int, np.dtype[Any]]] = []  # (name, count, type)
 
     def slot(self, name: str, kind: str, count: int = 1) -> MessageTemplate:
-        """Numbers that differ from message to message.
+        """Append a slot for numbers.
 
         Args:
-            name: of the slot.
+            name: name of the slot.
             kind: a NumPy type such as "<f8".
-            count: how many numbers.
+            count: number of numbers.
         """
         one = np.dtype(kind)
         if count:
@@ -52,31 +52,31 @@ class MessageTemplate:
         return self
 
     def header(self, frame: str = "") -> MessageTemplate:
-        """A std_msgs/Header: slots `sec` and `nanosec`, and a frame that stays."""
+        """Append a std_msgs/Header: slots `sec` and `nanosec`, and a fixed frame."""
         return self.slot("sec", "<i4").slot("nanosec", "<u4").string(frame)
 
     def string(self, text: str) -> MessageTemplate:
-        """A string that stays."""
+        """Append a fixed string."""
         encoded = text.encode() + b"\0"
         self.length(len(encoded))
         self._parts += encoded
         return self
 
     def strings(self, texts: Sequence[str]) -> MessageTemplate:
-        """A sequence of strings that stay."""
+        """Append a sequence of fixed strings."""
         self.length(len(texts))
         for text in texts:
             self.string(text)
         return self
 
     def length(self, count: int) -> MessageTemplate:
-        """The length of a sequence."""
+        """Append the length of a sequence."""
         self._align(4)
         self._parts += struct.pack("<I", count)
         return self
 
     def sequence(self, name: str, count: int, kind: str = "<f8") -> MessageTemplate:
-        """A sequence of numbers: its length stays."""
+        """Append a sequence of numbers of fixed length."""
         return self.length(count).slot(name, kind, count)
 
     def _align(self, size: int) -> None:
@@ -84,12 +84,12 @@ class MessageTemplate:
 
     @property
     def size(self) -> int:
-        """Bytes of a message."""
+        """Size of a message [bytes]."""
         return len(self._parts)
 
     @property
     def pattern(self) -> Bytes:
-        """A message whose numbers are zero, (size,)."""
+        """The bytes (size,) of a message with all numbers zero."""
         return np.frombuffer(bytes(self._parts), dtype=np.uint8)
 
     def named(
@@ -99,7 +99,7 @@ class MessageTemplate:
 
         Args:
             stamp_ns: stamps of their headers (N,) [ns].
-            values: of the other slots, in their order, (N, ...).
+            values: values of the other slots, in order, (N, ...).
         """
         slots: dict[str, NDArray[Any]] = {"sec": stamp_ns // NS, "nanosec": stamp_ns % NS}
         names = [name for name, _, _ in self._slots if name not in slots]
@@ -107,10 +107,10 @@ class MessageTemplate:
         return slots
 
     def columns(self, values: Mapping[str, NDArray[Any]]) -> list[tuple[int, Bytes]]:
-        """Where in a message each slot is, and the bytes (N, k) of its values.
+        """For each slot, its offset in a message, and the bytes (N, k) of its values.
 
         Args:
-            values: of the slots in N messages, (N, ...).
+            values: values of the slots in N messages, (N, ...).
         """
         columns = []
         for name, start, kind in self._slots:
@@ -120,21 +120,21 @@ class MessageTemplate:
         return columns
 
     def fill(self, stamp_ns: int, values: Iterable[NDArray[Any] | float]) -> bytes:
-        """One message.
+        """Make one message.
 
         Args:
             stamp_ns: stamp of its headers [ns].
-            values: of the other slots, in their order.
+            values: values of the other slots, in order.
 
         Raises:
-            ValueError: there are more or fewer values than slots, or one is of another type or
-                count, or the stamp is beyond the seconds that a message of ROS can hold.
+            ValueError: the number of values, or the type or count of one, is wrong, or the stamp is
+                out of ROS's range.
         """
         pieces, stamps, numbers = self._pieces
         pieces = pieces.copy()
         try:
             stamp = STAMP.pack(*divmod(stamp_ns, NS))
-        except struct.error as error:  # asked for afterwards: a good stamp pays nothing
+        except struct.error as error:  # checked only after a failure
             raise ValueError(_beyond(stamp_ns)) from error
         for hole in stamps:
             pieces[hole] = stamp
@@ -156,7 +156,7 @@ class MessageTemplate:
         pieces = _Pieces([], [], [])
         end = 0
         for name, start, kind in self._slots:
-            if name == "nanosec":  # went with the seconds
+            if name == "nanosec":  # written with the seconds
                 continue
             pieces.parts.extend((bytes(self._parts[end:start]), b""))
             hole = len(pieces.parts) - 1
@@ -171,7 +171,7 @@ class MessageTemplate:
 
 
 class _Pieces(NamedTuple):
-    """Pieces of a message; which are stamps; which are numbers: size, type and name."""
+    """Fixed pieces of a message, its stamps, and its slots: size, type and name."""
 
     parts: list[bytes]
     stamps: list[int]

@@ -1,6 +1,6 @@
-"""Between ROS messages and arrays.
+"""Conversion between ROS messages and arrays.
 
-Nothing else of the package reads or builds messages of other packages.
+No other module of this package reads or builds messages of other packages.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .joint_samples import FloatArray, JointSample, nanoseconds
 def stamp_to_ns(stamp: Time) -> int:
     """Stamp in nanoseconds.
 
-    Negative where the message says so, or where its nanoseconds are a second or more.
+    It is negative if the stamp is, or if its nanoseconds are a second or more.
     """
     return nanoseconds(stamp.sec, stamp.nanosec)
 
@@ -36,7 +36,7 @@ def ns_to_stamp(stamp_ns: int) -> Time:
 
 
 def to_field(values: FloatArray) -> array.array[float]:
-    """An array as a float64[] field takes it fastest.
+    """An array in the type that a float64[] field accepts fastest.
 
     Lists are 5 times slower, ndarrays 20 times.
     """
@@ -44,12 +44,12 @@ def to_field(values: FloatArray) -> array.array[float]:
 
 
 def from_field(field: Any) -> FloatArray:
-    """A float64[] field as an array of its own, (k,)."""
+    """A copy of a float64[] field as an array (k,)."""
     return np.array(field, dtype=np.float64)
 
 
 def sample_of_state(message: JointState) -> JointSample:
-    """A JointState as a sample: positions, and velocities and efforts where there are any."""
+    """A JointState as a sample: positions, and velocities and efforts if there are any."""
     return JointSample(
         stamp_ns=stamp_to_ns(message.header.stamp),
         names=message.name,
@@ -64,8 +64,8 @@ def sample_of_motion(message: JointMotion, *, complete: bool = True) -> JointSam
 
     Args:
         message: the motion.
-        complete: whether it has to have all three arrays. An empty one then stays an array of
-            wrong length; else it is one that is not given.
+        complete: whether all three arrays are required. An empty one then has a wrong length;
+            otherwise it counts as not given.
     """
 
     def part(field: Any) -> FloatArray | None:
@@ -91,7 +91,7 @@ def joint_state(
 ) -> JointState:
     """A JointState of the named joints, arrays in their order.
 
-    None leaves a field empty: it is not known.
+    None leaves a field empty, for unknown values.
     """
     message = JointState(header=header, name=list(names), position=to_field(position))
     if velocity is not None:
@@ -110,7 +110,7 @@ def pose_stamped(header: Header, position: FloatArray, rotation: FloatArray) -> 
 
 
 def pose_arrays(pose: Pose) -> tuple[FloatArray, FloatArray]:
-    """Position (3,) [m] and quaternion (4,) x y z w, as they are in the message."""
+    """Position (3,) [m] and quaternion (4,) x y z w of a message."""
     place, turn = pose.position, pose.orientation
     position = np.array([place.x, place.y, place.z], dtype=np.float64)
     orientation = np.array([turn.x, turn.y, turn.z, turn.w], dtype=np.float64)

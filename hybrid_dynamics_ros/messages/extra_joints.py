@@ -1,4 +1,4 @@
-"""Joints of a stream that the robot has not, as of a gripper: they pass through as they came."""
+"""Joints of a stream that are not the robot's, such as a gripper's, and pass through unchanged."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 
 from .joint_samples import FloatArray, JointSample
 
-_MOST_LAYOUTS: Final = 16  # lists of names that are remembered
+_MOST_LAYOUTS: Final = 16  # cached lists of names
 
 
 class ExtraJoints(NamedTuple):
-    """Joints of one message.
+    """Extra joints of one message.
 
     Attributes:
         stamp_ns: stamp of the message [ns].
-        names: of the joints, (k,).
-        values: (3, k) positions, velocities and efforts as they came; NaN where there is none.
+        names: names of the joints (k,).
+        values: (3, k) positions, velocities and efforts of the message; NaN if missing.
     """
 
     stamp_ns: int
@@ -27,19 +27,19 @@ class ExtraJoints(NamedTuple):
 
 
 class PassThrough:
-    """Remembers the extra joints of a stream's messages.
+    """Stores the extra joints of a stream's messages.
 
     Attributes:
         newest: the newest message of each list of names.
-        max_age: joints of older messages are forgotten [s]; at first all that are older.
+        max_age: largest age of stored joints [s].
     """
 
     def __init__(self, joints: Sequence[str], measured: Sequence[str]) -> None:
-        """Nothing is there yet.
+        """Start without joints.
 
         Args:
-            joints: those of the robot, which are no extra ones.
-            measured: those that the input measures.
+            joints: names of the robot's joints, which are never extra.
+            measured: names of the measured joints.
         """
         self.newest: tuple[ExtraJoints, ...] = ()
         self.max_age = 0.0
@@ -47,7 +47,7 @@ class PassThrough:
         self._measured = frozenset(measured)
 
     def take(self, sample: JointSample) -> bool:
-        """Remember the extra joints of a message; whether it has no others."""
+        """Store the extra joints of a message; returns whether it has only extra joints."""
         names = sample.names
         columns = [k for k, name in enumerate(names) if name not in self._joints]
         if not columns or len(sample.position) != len(names):
@@ -63,17 +63,17 @@ class PassThrough:
         return other.names != extra.names and _is_recent(other, extra.stamp_ns, self.max_age)
 
     def at(self, stamp_ns: int, newest: tuple[ExtraJoints, ...]) -> ExtraJoints | None:
-        """The extra joints at a stamp [ns], in the order of their names; None where there is none.
+        """The extra joints at a stamp [ns], sorted by name; None if there are none.
 
         Args:
-            stamp_ns: of the reading that they go with [ns].
-            newest: what `newest` was after the reading's last message.
+            stamp_ns: stamp of the reading that they accompany [ns].
+            newest: value of `newest` after the reading's last message.
         """
         recent = [extra for extra in newest if _is_recent(extra, stamp_ns, self.max_age)]
         if not recent:
             return None
         columns: dict[str, FloatArray] = {}
-        for extra in recent:  # the last one that came counts
+        for extra in recent:  # later messages overwrite earlier ones
             columns |= dict(zip(extra.names, extra.values.T, strict=True))
         names = tuple(sorted(columns))
         return ExtraJoints(stamp_ns, names, np.array([columns[name] for name in names]).T)

@@ -1,4 +1,4 @@
-"""Message definitions, from the msg files that the ROS packages are built of."""
+"""Message definitions, from the msg files of the ROS packages."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ def typestore() -> Typestore:
 
 
 def deserialize(data: bytes, kind: str) -> Any:
-    """A message of rosbags from its CDR bytes and its type."""
+    """A rosbags message from CDR bytes and type."""
     return typestore().deserialize_cdr(data, kind)

@@ -1,4 +1,4 @@
-"""What comes in: joint samples by name, checked and put into the robot's order."""
+"""Input samples of joints by name: checks, and conversion to the robot's order."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from hybrid_dynamics_core.ground.wording import counted, one_line
 from .cdr import NS
 
 FloatArray = NDArray[np.float64]
-Named = dict[str, float]  # a number of each joint
-# Of any measured number, in its unit: no joint is there, and all that follows from it is finite.
+Named = dict[str, float]  # a number by joint
+# Largest measured number in its unit, above any real value, for which all results are finite.
 LARGEST: Final = 1e12
-LONGEST: Final = 131_072  # [bytes] of a message that is read
-_MOST_LISTED: Final = 12  # names in a text
-_MOST_COMPARED: Final = 64  # names among which a slip is looked for: messages may be long and many
+LONGEST: Final = 131_072  # [bytes] longest message that is read
+_MOST_LISTED: Final = 12  # names listed in a text
+_MOST_COMPARED: Final = 64  # names compared for suggestions, since messages may be long
 
 
 def nanoseconds(sec: int, nanosec: int) -> int:
     """A stamp in nanoseconds.
 
-    Negative where it says so, or where its nanoseconds are a second or more.
+    It is negative if the stamp is, or if its nanoseconds are a second or more.
     """
     if nanosec >= NS:
         return -1
@@ -42,7 +42,7 @@ def nanoseconds(sec: int, nanosec: int) -> int:
 
 
 class RejectionCode(Enum):
-    """Why a sample was not used."""
+    """Reasons for rejections."""
 
     EMPTY = "empty"  # no joint names at all
     WRONG_LENGTH = "wrong length"  # an array has not one value for each name
@@ -50,31 +50,31 @@ class RejectionCode(Enum):
     MISSING_JOINT = "missing joint"  # an active joint is not named
     NOT_FINITE = "not finite"  # NaN or infinity for an active joint
     BAD_STAMP = "bad stamp"  # negative
-    BAD_REQUEST = "bad request"  # of a service: a frame, a mode or a choice that there is not
+    BAD_REQUEST = "bad request"  # of a service: an unknown frame, mode or choice
     UNREACHABLE = "unreachable"  # a loop cannot be closed
     LIMIT = "limit"  # of a trajectory: a joint beyond its limit
     SINGULAR = "singular"  # a loop is at a toggle point
-    TOO_LONG = "too long"  # a message of more bytes than any robot's
+    TOO_LONG = "too long"  # a message larger than any robot's
     OVERFLOW = "overflow"  # input so large that a result is not finite
     NOT_READY = "not ready"  # of a service: no robot yet, or no input yet
     REFUSED = "refused"  # of a service: the state of the robot forbids it
     BUSY = "busy"  # of a service: too many calls wait
     TIMEOUT = "timeout"  # of a service: it took too long
-    INTERNAL = "internal"  # the model failed in a way that is not the input's fault
+    INTERNAL = "internal"  # an unexpected error of the model
 
 
 @dataclass(frozen=True)
 class Rejection:
-    """A sample that was not used: why, and a sentence for people."""
+    """A rejected sample: the reason, and a sentence."""
 
     code: RejectionCode
     text: str
 
 
 def oversized(size: int) -> Rejection | None:
-    """Why a message of so many bytes is not even read; None where it is.
+    """The rejection of a message above the size limit; None below it.
 
-    Reading it would take so long that messages of other topics were lost meanwhile.
+    Reading it would take so long that messages of other topics could be lost.
     """
     if size <= LONGEST:
         return None
@@ -85,7 +85,7 @@ def oversized(size: int) -> Rejection | None:
 
 
 class RejectedError(Exception):
-    """Carries a :class:`Rejection` to whoever answers for it."""
+    """An exception with a :class:`Rejection`."""
 
     def __init__(self, code: RejectionCode, text: str) -> None:
         self.rejection = Rejection(code, text)
@@ -93,28 +93,28 @@ class RejectedError(Exception):
 
 
 def rejection_of(error: HybridDynamicsError) -> Rejection:
-    """The rejection that an error of the model means."""
+    """The rejection for an error of the model."""
     text = one_line(error)
     if isinstance(error, ClosureError):
         return Rejection(RejectionCode.UNREACHABLE, text)
     if isinstance(error, SingularityError):
         return Rejection(RejectionCode.SINGULAR, text)
     if isinstance(error, InputError):
-        # Names, lengths and finite input were checked before: only a number too large is left.
+        # Names, lengths and finite input were checked before; only too large numbers remain.
         return Rejection(RejectionCode.OVERFLOW, text)
     return Rejection(RejectionCode.INTERNAL, text)
 
 
 class JointSample(NamedTuple):
-    """Joints by name at one stamp, as they came.
+    """Joints by name at one stamp, as in the message.
 
     Attributes:
         stamp_ns: stamp [ns].
-        names: joint names, in any order; more than the active joints are allowed.
+        names: joint names in any order, possibly more than the active joints.
         position: one value for each name [rad or m].
-        velocity: one for each name [rad/s or m/s], or None where there is none.
-        acceleration: one for each name [rad/s^2 or m/s^2], or None where it has to be estimated.
-        effort: one for each name [N m or N], or None where there is none or nobody asks.
+        velocity: one for each name [rad/s or m/s], or None if missing.
+        acceleration: one for each name [rad/s^2 or m/s^2], or None if it must be estimated.
+        effort: one for each name [N m or N], or None if missing or not requested.
     """
 
     stamp_ns: int
@@ -127,7 +127,7 @@ class JointSample(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Sensors: coordinate = factor * (reading - offset).
+    """Calibration of sensors: coordinate = factor * (reading - offset).
 
     Attributes:
         offset, factor: (n,) in the order of the measured joints.
@@ -138,12 +138,12 @@ class Calibration:
 
 
 class OrderedMotion(NamedTuple):
-    """Motion of some joints in a fixed order, finite: arrays (n,), or of rows (N, n).
+    """Finite motion of joints in a fixed order: arrays (n,), or (N, n) for rows.
 
     Attributes:
         position: [rad or m].
-        velocity: [rad/s or m/s], or None where it is not known; of readings NaN for single joints.
-        acceleration: [rad/s^2 or m/s^2], or None where it is not known.
+        velocity: [rad/s or m/s], or None if unknown; in readings, NaN for joints without one.
+        acceleration: [rad/s^2 or m/s^2], or None if unknown.
     """
 
     position: FloatArray
@@ -151,7 +151,7 @@ class OrderedMotion(NamedTuple):
     acceleration: FloatArray | None
 
     def calibrated(self, calibration: Calibration) -> OrderedMotion:
-        """The motion of the joints from the readings of their sensors."""
+        """The motion of the joints, from readings of their sensors."""
         factor = calibration.factor
         return OrderedMotion(
             factor * (self.position - calibration.offset),
@@ -163,7 +163,7 @@ class OrderedMotion(NamedTuple):
         """Position, velocity and acceleration.
 
         Raises:
-            RejectedError: one of them is not there.
+            RejectedError: one of them is missing.
         """
         if self.velocity is None or self.acceleration is None:
             raise RejectedError(
@@ -184,7 +184,7 @@ def _by_name(names: Sequence[str], values: FloatArray | None) -> Named | None:
 
 
 def wrong_length(what: str, size: int, count: int) -> str:
-    """That an array has not one value for each joint name."""
+    """Text on an array whose length is not that of the joint names."""
     expected = str(count)
     if size == 0 and what in ("velocity", "acceleration"):
         expected = f"{count}, zeros for a robot at rest"
@@ -198,7 +198,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _why_missing(missing: Sequence[str], names: Sequence[str], joints: Sequence[str]) -> str:
-    """The name that is nearly that of a missing joint; where there is none, the given ones."""
+    """Text with a name similar to a missing joint's; without one, with all given names."""
     for name in names[:_MOST_COMPARED]:
         if name not in joints:
             hint = suggestion(name, missing[:_MOST_LISTED])
@@ -208,12 +208,12 @@ def _why_missing(missing: Sequence[str], names: Sequence[str], joints: Sequence[
 
 
 def resting_joints(robot: Robot) -> Named:
-    """Where joints are [rad or m] that nobody drives, while nobody says where they are."""
+    """Default positions [rad or m] of joints without a drive."""
     return {name: float(robot.reference[robot.active.index(name)]) for name in robot.idle}
 
 
 def resting_besides(robot: Robot, names: Sequence[str]) -> Named:
-    """Idle joints that fewer coordinates than the robot has freedoms leave out [rad or m]."""
+    """Default positions [rad or m] of idle joints that are not among given coordinates."""
     if len(names) >= len(robot.active):
         return {}
     resting = resting_joints(robot)
@@ -221,24 +221,24 @@ def resting_besides(robot: Robot, names: Sequence[str]) -> Named:
 
 
 def active_order(robot: Robot) -> JointOrder:
-    """Picks the active coordinates of a robot; idle ones may be left out."""
+    """The order of a robot's active coordinates; idle ones may be missing in samples."""
     return JointOrder(robot.active, resting_joints(robot))
 
 
 class JointOrder:
-    """Picks joints out of samples, in an order. Other joints are ignored, whatever they hold."""
+    """Selects joints of samples, in an order; other joints are ignored."""
 
     def __init__(self, joints: Sequence[str], resting: Mapping[str, float] | None = None) -> None:
-        """An order of joints.
+        """Set the order.
 
         Args:
-            joints: names.
-            resting: positions of joints that a sample need not name [rad or m]: they are at rest.
+            joints: names of the joints.
+            resting: default positions of joints that may be missing, which are at rest [rad or m].
         """
         self._joints = tuple(joints)
         self._resting = dict(resting or {})
-        self._added = np.zeros(0)  # positions of the resting joints that are not named
-        # Streams repeat the same names: their places are looked up once.
+        self._added = np.zeros(0)  # default positions of missing joints
+        # Indices are cached, since streams repeat the same names.
         self._names: tuple[str, ...] = ()
         self._places = np.zeros(0, dtype=np.intp)
 
@@ -247,11 +247,11 @@ class JointOrder:
 
         Args:
             sample: joints by name.
-            is_reading: whether velocities may be absent, NaN: of all joints, which gives None, or
-                of some, which stay NaN.
+            is_reading: whether velocities may be NaN for absent: for all joints, which gives None,
+                or for some, which stay NaN.
 
         Raises:
-            RejectedError: names are missing or doubled, lengths differ, or a number is not finite
+            RejectedError: a name is missing or duplicate, lengths differ, or a number is not finite
                 or beyond `LARGEST`.
         """
         places = self._find(tuple(sample.names))
@@ -267,21 +267,21 @@ class JointOrder:
         return OrderedMotion(position, velocity, acceleration)
 
     def pick(self, what: str, names: Sequence[str], values: FloatArray) -> FloatArray:
-        """One value (n,) of each joint.
+        """Select one value (n,) for each joint.
 
         Args:
-            what: of what kind the values are, for error texts.
-            names: (k,) joint names, in any order; more than the joints are allowed.
-            values: (k,) one for each name.
+            what: kind of the values, for error texts.
+            names: (k,) joint names in any order, possibly more than the joints.
+            values: (k,) one value for each name.
 
         Raises:
-            RejectedError: as `arrange` does.
+            RejectedError: as in `arrange`.
         """
         places = self._find(tuple(names))
         return self._pick(what, values, len(names), places)
 
     def _find(self, names: tuple[str, ...]) -> NDArray[np.intp]:
-        """Where the joints are among the names of a sample."""
+        """Indices of the joints in the names of a sample."""
         if names == self._names and names:
             return self._places
         if not names:
@@ -308,15 +308,15 @@ class JointOrder:
         self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]
     ) -> FloatArray:
         picked = self._completed(what, values, count)[places]
-        size = sum(map(abs, picked.tolist()))  # in plain floats this costs least
-        if not size < LARGEST:  # NaN is not
+        size = sum(map(abs, picked.tolist()))  # plain floats are fastest
+        if not size < LARGEST:  # also false for NaN
             self._require_good(what, picked)
         return picked
 
     def _pick_rates(
         self, values: FloatArray, count: int, places: NDArray[np.intp]
     ) -> FloatArray | None:
-        """Velocities, NaN where they are absent; None where they are of all named joints."""
+        """Velocities, NaN where absent; None if they are absent for all named joints."""
         picked = self._completed("velocity", values, count)[places]
         size = sum(map(abs, picked.tolist()))
         if size < LARGEST:
@@ -327,7 +327,7 @@ class JointOrder:
         return None if is_absent[is_named].all() else picked
 
     def _completed(self, what: str, values: FloatArray, count: int) -> FloatArray:
-        """One value for each name, and one for each resting joint that is not named."""
+        """One value for each name, and one for each missing joint with a default."""
         if values.shape != (count,):
             text = wrong_length(what, values.size, count)
             raise RejectedError(RejectionCode.WRONG_LENGTH, text)
@@ -346,6 +346,6 @@ class JointOrder:
             raise RejectedError(RejectionCode.OVERFLOW, text)
 
     def _value(self, what: str, picked: FloatArray, good: NDArray[np.bool_]) -> str:
-        """The first value that is not good, in words."""
+        """Text on the first wrong value."""
         bad = int(np.argmin(good))
         return f"{what} of joint {self._joints[bad]} is {picked[bad]}"

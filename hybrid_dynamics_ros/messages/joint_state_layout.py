@@ -1,4 +1,4 @@
-"""Where the numbers of a JointState are: written and read without an object for each message."""
+"""Layouts of JointState messages, for reading and writing without message objects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .cdr import HEAD, LITTLE, NS, STAMP, Bytes, MessageTemplate
 from .joint_samples import nanoseconds
 
-# bytes that writers leave after the fields, at most: some pad to four, rclpy leaves eight
+# [bytes] longest padding after the fields: some writers pad to four, rclpy adds eight
 PADDING: Final = 8
 
 
@@ -23,8 +23,8 @@ def joint_state_template(names: Sequence[str], *, velocity: bool, effort: bool) 
     """A sensor_msgs/JointState: slots `position`, `velocity`, `effort`.
 
     Args:
-        names: joints.
-        velocity: whether there is a slot for velocities; else the field is empty.
+        names: names of the joints.
+        velocity: whether there is a slot for velocities; otherwise the field is empty.
         effort: the same for efforts.
     """
     count = len(names)
@@ -38,22 +38,22 @@ def joint_state_template(names: Sequence[str], *, velocity: bool, effort: bool) 
 
 
 class LayoutError(ValueError):
-    """Bytes are not of the layout that was expected."""
+    """Bytes do not have the expected layout."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointStateLayout:
-    """Where the numbers of a JointState are, for messages that differ in nothing else.
+    """Offsets of the numbers of a JointState, for messages that are equal otherwise.
 
-    A JointMotion is laid out alike, with accelerations in the place of efforts.
+    A JointMotion has the same layout, with accelerations in place of efforts.
 
     Attributes:
-        names: joints.
-        starts: of position, velocity and effort: first byte and how many numbers.
-        size: bytes of a message.
-        end: of its fields.
-        fixed: bytes that all messages of the layout share; padding is left out.
-        places: of the fixed bytes.
+        names: names of the joints.
+        starts: offset and count of position, velocity and effort.
+        size: size of a message [bytes].
+        end: offset after its fields.
+        fixed: bytes that all messages of the layout share, without padding.
+        places: offsets of the fixed bytes.
     """
 
     names: tuple[str, ...]
@@ -64,13 +64,13 @@ class JointStateLayout:
     places: NDArray[np.intp] = field(repr=False)
 
     def matches(self, rows: Bytes) -> NDArray[np.bool_]:
-        """Which of the messages (N, size) have this layout."""
+        """Mask (N,) of messages (N, size) with this layout."""
         same: NDArray[np.bool_] = (rows[:, self.places] == self.fixed).all(axis=1)
         return same
 
     @cached_property
     def _segments(self) -> list[tuple[int, bytes]]:
-        """The fixed bytes in runs."""
+        """Runs of fixed bytes, with offsets."""
         breaks = np.flatnonzero(np.diff(self.places) > 1) + 1
         edges = [0, *breaks.tolist(), len(self.places)]
         return [(int(self.places[i]), self.fixed[i:j].tobytes()) for i, j in pairwise(edges)]
@@ -79,14 +79,14 @@ class JointStateLayout:
         """Whether one message has this layout."""
         if len(message) != self.size:
             return False
-        # Looked at for every message: a loop is quicker than a generator.
+        # Called for every message; a loop is faster than a generator.
         for start, fixed in self._segments:  # noqa: SIM110
             if not message.startswith(fixed, start):
                 return False
         return True
 
     def stamp(self, message: bytes) -> int:
-        """Stamp of one message [ns]; -1 where the nanoseconds are a second or more."""
+        """Stamp of one message [ns]; -1 if the nanoseconds are a second or more."""
         return nanoseconds(*STAMP.unpack_from(message, HEAD))
 
     def numbers_of(self, message: bytes, which: int) -> NDArray[np.float64]:
@@ -95,7 +95,7 @@ class JointStateLayout:
         return np.frombuffer(message, dtype="<f8", count=count, offset=start)
 
     def stamps(self, rows: Bytes) -> NDArray[np.int64]:
-        """Stamps (N,) [ns]; -1 where the nanoseconds are a second or more."""
+        """Stamps (N,) [ns]; -1 if the nanoseconds are a second or more."""
         sec = rows[:, 4:8].view("<i4")[:, 0].astype(np.int64)
         nanosec = rows[:, 8:12].view("<u4")[:, 0].astype(np.int64)
         return np.where(nanosec < NS, sec * NS + nanosec, -1)
@@ -110,7 +110,7 @@ def layout_of(message: bytes) -> JointStateLayout:
     """The layout of one JointState.
 
     Raises:
-        LayoutError: it is not little-endian CDR, or ends early or late.
+        LayoutError: it is not little-endian CDR, or has a wrong length.
     """
     if message[:HEAD] != LITTLE:
         raise LayoutError("not plain little-endian CDR")
@@ -128,7 +128,7 @@ def layout_of(message: bytes) -> JointStateLayout:
 
 
 class _Reader:
-    """Goes through the fields of a message, and marks the bytes that all of its layout share."""
+    """Parses the fields of a message, and marks its fixed bytes."""
 
     def __init__(self, message: bytes) -> None:
         self.message, self.place = message, HEAD
@@ -153,7 +153,7 @@ class _Reader:
         text = self.message[self.place : self.place + size]
         if len(text) != size or (size and text[-1]):
             raise LayoutError("a string without its end")
-        if b"\0" in text[:-1]:  # ROS reads it up to there
+        if b"\0" in text[:-1]:  # ROS strings end at a null byte
             raise LayoutError(f"a name that ends before its length: {text[:-1]!r}")
         self._fixed(size)
         try:

@@ -1,4 +1,4 @@
-"""Where each link is in the one before it. Knows no ROS."""
+"""Poses of links relative to their parents. It does not depend on ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .joint_samples import FloatArray
 class LinkTransforms:
     """Translation and rotation of every joint's child in its parent.
 
-    Elementwise, so that many states give the bits of one.
+    The operations are elementwise, so that one state and many give the same bits.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -29,7 +29,7 @@ class LinkTransforms:
         self._slide = np.array(slides)
 
     def values(self, s: FloatArray) -> list[FloatArray]:
-        """Translation [m] and unit quaternion x y z w of each joint's child, joint after joint.
+        """Translation [m] and unit quaternion x y z w of each joint's child, in turn.
 
         Args:
             s: all coordinates, (n_s,) or (N, n_s) [rad or m].
@@ -42,7 +42,7 @@ class LinkTransforms:
         return slots
 
     def _quaternions(self, s: FloatArray) -> FloatArray:
-        """Quaternions (..., n_s, 4) of the fixed rotations, each turned about its joint's axis."""
+        """Quaternions (..., n_s, 4) of the fixed rotations times the joint rotations."""
         half = np.where(self._is_revolute, 0.5 * s, 0.0)
         sine, cosine = np.sin(half), np.cos(half)
         a, b, c, d = self._fixed.T
@@ -54,6 +54,6 @@ class LinkTransforms:
             d * cosine - a * x - b * y - c * z,
         ]
         turned = np.stack(parts, axis=-1)
-        # q and -q are the same rotation: the one with w >= 0 is taken
+        # of q and -q, the one with w >= 0
         positive: FloatArray = np.copysign(1.0, turned[..., 3:]) * turned
         return positive

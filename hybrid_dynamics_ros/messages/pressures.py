@@ -1,4 +1,4 @@
-"""Measured pressures of hydraulic cylinders: forces of the drives, joined with joint states."""
+"""Measured pressures of hydraulic cylinders, as forces of drives."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from hybrid_dynamics_core.dynamics.hydraulics import cylinder_force
 
 from .joint_samples import FloatArray, RejectedError, RejectionCode, nanoseconds, wrong_length
 
-PRESSURES: Final = "hybrid_dynamics_msgs/msg/CylinderStates"  # of which names and pressures count
-_MOST_LISTS: Final = 16  # lists of names that are remembered
+PRESSURES: Final = "hybrid_dynamics_msgs/msg/CylinderStates"  # only names and pressures are used
+_MOST_LISTS: Final = 16  # cached lists of names
 
 
 class PressureSample(NamedTuple):
@@ -21,9 +21,9 @@ class PressureSample(NamedTuple):
 
     Attributes:
         stamp_ns: stamp [ns].
-        names: joints that the cylinders move, (k,).
-        cap_pressure: in the chambers on the side of the cap (k,) [Pa].
-        rod_pressure: in the chambers on the side of the rod (k,) [Pa].
+        names: joints of the cylinders (k,).
+        cap_pressure: gauge pressures on the cap side (k,) [Pa].
+        rod_pressure: gauge pressures on the rod side (k,) [Pa].
     """
 
     stamp_ns: int
@@ -38,7 +38,7 @@ class MeasuredForces(NamedTuple):
     Attributes:
         stamp_ns: its stamp [ns].
         names: its names.
-        forces: along each drive (d,) [N]; NaN where the message has no pressures of it.
+        forces: forces along each drive (d,) [N]; NaN for drives without pressures in the message.
     """
 
     stamp_ns: int
@@ -47,7 +47,7 @@ class MeasuredForces(NamedTuple):
 
 
 def sample_of_pressures(message: Any) -> PressureSample:
-    """A CylinderStates of rclpy or rosbags as a sample; other fields are not read."""
+    """A CylinderStates of rclpy or rosbags as a sample; only names and pressures are read."""
     return PressureSample(
         stamp_ns=nanoseconds(message.header.stamp.sec, message.header.stamp.nanosec),
         names=tuple(message.name),
@@ -57,27 +57,27 @@ def sample_of_pressures(message: Any) -> PressureSample:
 
 
 class PressureInput:
-    """Remembers the newest pressures of each cylinder, as forces.
+    """Stores the newest pressures of each cylinder, as forces.
 
     Attributes:
         newest: the newest message of each list of names.
-        max_age: how far stamps may be from that of a joint state [s].
-        drives: joints that the forces are along.
+        max_age: largest difference to the stamp of a joint state [s].
+        drives: joints of the forces.
     """
 
     def __init__(self, robot: Robot, max_age: float) -> None:
-        """Nothing was measured yet."""
+        """Start without measurements."""
         self.newest: tuple[MeasuredForces, ...] = ()
         self.max_age = max_age
         self.drives = tuple(robot.drives)
         self._cylinders = robot.cylinders
 
     def take(self, sample: PressureSample) -> None:
-        """Take the pressures of a message.
+        """Store the pressures of a message.
 
         Raises:
-            RejectedError: the stamp is negative, lengths differ, a cylinder is named twice, or none
-                of the robot's is named.
+            RejectedError: the stamp is negative, lengths differ, a cylinder is named twice, or no
+                cylinder of the robot is named.
         """
         names = tuple(sample.names)
         self._check(sample, names)
@@ -92,17 +92,17 @@ class PressureInput:
         self.newest = (*others[-(_MOST_LISTS - 1) :], measured)
 
     def at(self, stamp_ns: int, newest: tuple[MeasuredForces, ...]) -> FloatArray | None:
-        """Forces along the drives (d,) [N] at a stamp [ns]; NaN where none was measured.
+        """Forces along the drives (d,) [N] at a stamp [ns]; NaN where unknown.
 
         Args:
-            stamp_ns: of a joint state [ns].
-            newest: what `newest` was when the joint state came.
+            stamp_ns: stamp of a joint state [ns].
+            newest: value of `newest` when the joint state arrived.
 
         Returns:
-            None where no force was measured.
+            The forces, or None if no force is known.
         """
         forces = np.full(len(self.drives), np.nan)
-        for measured in newest:  # the last one that came counts
+        for measured in newest:  # later messages overwrite earlier ones
             if abs(stamp_ns - measured.stamp_ns) * 1e-9 <= self.max_age:
                 forces = np.where(np.isnan(measured.forces), forces, measured.forces)
         return None if np.isnan(forces).all() else forces

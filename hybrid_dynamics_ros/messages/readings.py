@@ -1,7 +1,8 @@
-"""Readings of a stream: what is NaN is absent, and partial messages are joined by name.
+"""Readings of a stream: NaN stands for absent values, and partial messages are joined.
 
-Two drivers may publish half of the joints each. The newest of each joint counts. A reading of all
-joints is there as soon as each was named since the last one, and none is older than an age.
+Several drivers may publish some of the joints each. The newest value of each joint is used. A
+reading is complete as soon as each joint was named since the last reading, and none is older than a
+limit.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from .joint_samples import (
     RejectionCode,
 )
 
-MAX_AGE: Final = 0.2  # [s], of the node where it is not told another
-_MOST_LAYOUTS: Final = 64  # of partial messages that are remembered
-_MOST_LISTED: Final = 12  # names in a text
+MAX_AGE: Final = 0.2  # [s] default of the node
+_MOST_LAYOUTS: Final = 64  # cached layouts of partial messages
+_MOST_LISTED: Final = 12  # names listed in a text
 _NEVER: Final = -(2**62)  # [ns]
 _ABSENT: Final = (RejectionCode.MISSING_JOINT, RejectionCode.NOT_FINITE)
 
@@ -32,8 +33,8 @@ class Joined(NamedTuple):
     """All joints at one time.
 
     Attributes:
-        stamp_ns: the newest of theirs [ns].
-        values: (kinds, n): positions, velocities and further kinds; NaN where they are absent.
+        stamp_ns: newest stamp of the joints [ns].
+        values: (kinds, n) positions, velocities and further kinds; NaN where absent.
     """
 
     stamp_ns: int
@@ -41,21 +42,21 @@ class Joined(NamedTuple):
 
     @property
     def motion(self) -> OrderedMotion:
-        """Positions and velocities; these are None where all are absent."""
+        """Positions and velocities; velocities are None if all are absent."""
         position, velocity = self.values[:2]
         return OrderedMotion(position, None if np.isnan(velocity).all() else velocity, None)
 
 
 class PartialJoiner:
-    """Joins messages that have some of the joints each."""
+    """Joins messages with some of the joints each."""
 
     def __init__(self, joints: Sequence[str], resting: Mapping[str, float], max_age: float) -> None:
-        """Nothing is there yet.
+        """Start without messages.
 
         Args:
-            joints: names.
-            resting: positions of joints that nobody need name [rad or m].
-            max_age: largest time between two joints of one reading [s]; 0: nothing is joined.
+            joints: names of the joints.
+            resting: default positions of joints that may be missing [rad or m].
+            max_age: largest difference of stamps in one reading [s]; 0: messages are not joined.
         """
         self._joints = tuple(joints)
         self.max_age = max_age
@@ -67,21 +68,21 @@ class PartialJoiner:
         self._values = np.zeros((0, len(joints)))
 
     def clear(self) -> None:
-        """Forget all."""
+        """Discard all messages."""
         self.is_clear = True
         self._stamps[:] = _NEVER
         self._is_fresh[:] = False
 
     def add(self, stamp_ns: int, values: FloatArray, refusal: RejectedError) -> Joined | None:
-        """A reading of all joints after one more message, or None where others are waited for.
+        """Add a message; returns a complete reading, or None if joints are missing.
 
         Args:
             stamp_ns: stamp of the message [ns].
-            values: (kinds, n), positions first; NaN where a position is absent.
-            refusal: of the message, where nothing joins it.
+            values: (kinds, n), positions first; NaN for missing joints.
+            refusal: error of the message if it cannot be joined.
 
         Raises:
-            RejectedError: no message within the age has some joint.
+            RejectedError: a joint is in no message within the age.
         """
         self._store(stamp_ns, values)
         is_recent = self._stamps != _NEVER
@@ -94,13 +95,13 @@ class PartialJoiner:
         return Joined(int(self._stamps[is_recent].max()), self._rested(is_recent))
 
     def _refused(self, refusal: RejectedError, missing: NDArray[np.bool_]) -> RejectedError:
-        """A refusal that names the joints that nobody has."""
+        """A refusal that lists the missing joints."""
         code, text = refusal.rejection.code, refusal.rejection.text
         names = ", ".join(np.array(self._joints)[missing][:_MOST_LISTED])
         return RejectedError(code, f"{text}; within {self.max_age:g} s no message has {names}")
 
     def _store(self, stamp_ns: int, values: FloatArray) -> None:
-        """Take what a message has, and drop what is too old, or from a time to come."""
+        """Store the values of a message, and drop values that are too old or from the future."""
         self.is_clear = False
         is_there = ~np.isnan(values[0])
         if len(self._values) != len(values):
@@ -113,7 +114,7 @@ class PartialJoiner:
         self._is_fresh[is_old] = False
 
     def _rested(self, is_recent: NDArray[np.bool_]) -> FloatArray:
-        """The values; joints are at rest where nobody says where they are."""
+        """The values, with defaults for missing joints."""
         rested = self._values.copy()
         rested[0, ~is_recent] = self._resting[~is_recent]
         rested[1:, ~is_recent] = 0.0
@@ -123,11 +124,11 @@ class PartialJoiner:
 
 
 class _PartialLayout:
-    """Where some of the joints are in messages of one list of names.
+    """Indices of joints in partial messages with one list of names.
 
     Attributes:
-        refusal: of such a message, where nothing joins it.
-        joints: numbers of those that are named.
+        refusal: error of such a message if it cannot be joined.
+        joints: indices of the named joints.
     """
 
     def __init__(
@@ -139,7 +140,7 @@ class _PartialLayout:
         self._order = JointOrder([joints[k] for k in self.joints])
 
     def motion(self, sample: JointSample) -> OrderedMotion:
-        """Positions and velocities of all joints (n,), NaN where they are absent.
+        """Positions and velocities of all joints (n,), NaN where absent.
 
         Raises:
             RejectedError: a joint is named twice, lengths differ, or a number is infinite.
@@ -159,10 +160,10 @@ class _PartialLayout:
 
 
 class ReadingOrder:
-    """Puts the joints of a stream's messages into an order, and joins partial ones.
+    """Converts messages of a stream to an order of joints, and joins partial ones.
 
     Attributes:
-        joiner: of the partial ones.
+        joiner: joiner of partial messages.
     """
 
     def __init__(
@@ -171,19 +172,19 @@ class ReadingOrder:
         resting: Mapping[str, float] | None = None,
         max_age: float = MAX_AGE,
     ) -> None:
-        """An order of joints; arguments are those of `JointOrder` and `PartialJoiner`."""
+        """Set the order; arguments are those of `JointOrder` and `PartialJoiner`."""
         self.joiner = PartialJoiner(joints, resting or {}, max_age)
         self._joints = tuple(joints)
         self._order = JointOrder(joints, resting)
         self._layouts: dict[tuple[str, ...], _PartialLayout] = {}
 
     def read(self, sample: JointSample) -> tuple[OrderedMotion, RejectedError | None]:
-        """The joints of one message, and why it is no reading of all.
+        """The joints of one message, and the error if it is partial.
 
-        Where it is none, positions and velocities are NaN where they are absent.
+        Positions and velocities of missing joints in a partial message are NaN.
 
         Raises:
-            RejectedError: as `JointOrder.arrange` does; a missing joint only where nothing is
+            RejectedError: as in `JointOrder.arrange`; for a missing joint only if messages are not
                 joined, or no joint is named.
         """
         names = tuple(sample.names)
@@ -198,11 +199,11 @@ class ReadingOrder:
         return layout.motion(sample), layout.refusal
 
     def arrange(self, sample: JointSample) -> tuple[int, OrderedMotion] | None:
-        """Stamp [ns] and motion of all joints; None where others are waited for.
+        """Stamp [ns] and motion of all joints; None if joints are missing.
 
         Raises:
-            RejectedError: as `JointOrder.arrange` does; a joint is missing where no message within
-                the age names it.
+            RejectedError: as in `JointOrder.arrange`; a joint counts as missing if no message
+                within the age names it.
         """
         motion, refusal = self.read(sample)
         if refusal is None:
@@ -213,7 +214,7 @@ class ReadingOrder:
         return None if joined is None else (joined.stamp_ns, joined.motion)
 
     def _layout(self, names: tuple[str, ...], refusal: RejectedError) -> _PartialLayout:
-        """The layout of partial messages, remembered where their names make them partial."""
+        """The layout of partial messages, cached by names."""
         layout = _PartialLayout(self._joints, names, refusal)
         if not layout.joints:
             raise refusal
@@ -225,7 +226,7 @@ class ReadingOrder:
 
 
 def values_of(motion: OrderedMotion) -> FloatArray:
-    """Positions and velocities (2, n), NaN where they are absent."""
+    """Positions and velocities (2, n), NaN where absent."""
     values = np.full((2, len(motion.position)), np.nan)
     values[0] = motion.position
     if motion.velocity is not None:

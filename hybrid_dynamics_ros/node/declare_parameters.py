@@ -1,6 +1,6 @@
-"""The table of parameters on a node: declared, read, watched.
+"""Declaration, reading and watching of a node's parameters.
 
-Names that nobody declared are refused.
+Undeclared names are refused.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from ..parameters import (
     sensor_rows,
 )
 
-# The sensors are known once there is a robot.
+# Sensors are declared when there is a robot.
 _OTHER_NAMES: Final = re.compile(rf"{ROS_NAMES.pattern}|{SENSOR}\..+\.(offset|sign|scale)")
 _TYPES: Final = {
     (str, False): RosParameter.Type.STRING,
@@ -48,7 +48,7 @@ _TYPES: Final = {
 
 
 def descriptor(parameter: Parameter[Any]) -> ParameterDescriptor:
-    """The line of the table as ROS tools see it."""
+    """The descriptor of a parameter, for ROS tools."""
     description = parameter.text
     if parameter.unit:
         description = f"{description} [{parameter.unit}]"
@@ -82,10 +82,10 @@ def _constraints(parameter: Parameter[Any]) -> list[str]:
 
 
 def declare(node: Node) -> NodeSettings:
-    """Declare the whole table on a node and read the values that were given.
+    """Declare all parameters on a node, and read their values.
 
     Raises:
-        ParameterError: a name is unknown, or a value has the wrong type or is out of its range.
+        ParameterError: a name is unknown, or a value has a wrong type or is out of range.
     """
     values = {parameter.name: _declare(node, parameter) for parameter in TABLE}
     for name in _overrides(node):
@@ -95,9 +95,9 @@ def declare(node: Node) -> NodeSettings:
 
 
 def _hint(name: str) -> str:
-    """Names that may be meant."""
+    """A suggestion of names."""
     names = [parameter.name for parameter in TABLE]
-    # Groups are forgotten; of two with the same last part the first is meant.
+    # Users forget groups; of two names with the same last part the first is suggested.
     by_last_part = {entry.rpartition(".")[2]: entry for entry in reversed(names)}
     near = difflib.get_close_matches(name, [*names, *by_last_part], n=1)
     if near:
@@ -106,14 +106,13 @@ def _hint(name: str) -> str:
 
 
 def declare_sensors(node: Node, joints: Iterable[str]) -> dict[str, Any]:
-    """Declare the sensors of the measured joints, and take those of other joints away.
+    """Declare sensor parameters of the measured joints, and undeclare those of other joints.
 
     Returns:
         Values by name.
 
     Raises:
-        ParameterError: a value cannot be used, or a sensor was given for a joint that is not
-            measured.
+        ParameterError: a value is wrong, or a sensor is given for a joint that is not measured.
     """
     parameters = {row.name: row for joint in joints for row in sensor_rows(joint)}
     for suffix in list(node.get_parameters_by_prefix(SENSOR)):
@@ -133,14 +132,14 @@ def declare_sensors(node: Node, joints: Iterable[str]) -> dict[str, Any]:
 
 
 def is_given(node: Node, parameter: Parameter[Any]) -> bool:
-    """Whether somebody chose a value, or the node has the default."""
+    """Whether a value was given, and is not the default."""
     if parameter.name in _overrides(node):
         return True
     return bool(node.get_parameter(parameter.name).value != parameter.default)
 
 
 class ParameterWatch:
-    """Checks every change of a parameter before it is taken, and reports it after."""
+    """Checks every change of a parameter before it is applied, and reports it afterwards."""
 
     def __init__(
         self,
@@ -152,11 +151,11 @@ class ParameterWatch:
         """Watch the parameters of a node.
 
         Args:
-            node: has the table declared.
-            settings: the settings now.
-            why_not: with the settings as they would be, and the parameters that change: why they
+            node: the node with declared parameters.
+            settings: the present settings.
+            why_not: called with the new settings and the changed parameters; returns why they
                 cannot change, or "".
-            taken: is given the settings that were taken.
+            taken: called with the applied settings.
         """
         self._node, self._settings, self._why_not, self._taken = node, settings, why_not, taken
         node.add_pre_set_parameters_callback(self._convert)
@@ -164,10 +163,10 @@ class ParameterWatch:
         node.add_post_set_parameters_callback(self._take)
 
     def after(self, messages: Sequence[ParameterMessage]) -> NodeSettings:
-        """The settings as they would be.
+        """The settings after a change.
 
         Raises:
-            ParameterError: a value cannot be used.
+            ParameterError: a value is wrong.
         """
         return self._changed(self._convert([*map(RosParameter.from_parameter_msg, messages)]))
 
@@ -198,7 +197,7 @@ class ParameterWatch:
 
 
 def _parameter(name: str) -> Parameter[Any] | None:
-    """The line of the table, or of the sensor of a joint."""
+    """The parameter of a name, also of a joint's sensor; None if unknown."""
     table: Sequence[Parameter[Any]] = TABLE
     if name.startswith(f"{SENSOR}."):
         table = sensor_rows(sensor_joint(name))
@@ -210,14 +209,14 @@ def _type(parameter: Parameter[Any]) -> RosParameter.Type:
 
 
 def _overrides(node: Node) -> dict[str, RosParameter]:
-    """What the command line and parameter files gave to this node."""
-    # rclpy has no public way to ask.
+    """Values given to this node by command line and parameter files."""
+    # rclpy has no public access to them.
     overrides: dict[str, RosParameter] = node._parameter_overrides  # noqa: SLF001
     return overrides
 
 
 def _converted(parameter: Parameter[Any] | None, given: RosParameter) -> RosParameter:
-    """Whole numbers where the table has real ones, and the default for what is to be unset."""
+    """Convert integers to floats if needed, and replace an unset value by the default."""
     if parameter is None:
         return given
     kinds = RosParameter.Type
@@ -233,12 +232,12 @@ def _converted(parameter: Parameter[Any] | None, given: RosParameter) -> RosPara
 
 
 def _is_empty_array(parameter: Parameter[Any], given: RosParameter) -> bool:
-    """Whether an array has no entries: nobody can say then of which type they are."""
+    """Whether an array is empty, so that its type is unknown."""
     return parameter.length != 0 and isinstance(given.value, Sequence) and len(given.value) == 0
 
 
 def _unset(parameter: Parameter[Any]) -> RosParameter:
-    """The parameter as it is where nobody gave a value."""
+    """The parameter with its default value."""
     value = parameter.default
     if parameter.length != 0:
         value = list(value or ())
@@ -248,8 +247,8 @@ def _unset(parameter: Parameter[Any]) -> RosParameter:
 def _declare(node: Node, parameter: Parameter[Any]) -> Any:
     unset = _unset(parameter)
     given = _converted(parameter, _overrides(node).get(parameter.name, unset))
-    value = checked(parameter, given.value)  # before rclpy, whose texts do not say what is expected
-    # rclpy takes an empty array for one of bytes: it is declared by its type, and set afterwards.
+    value = checked(parameter, given.value)  # before rclpy, for a better text
+    # rclpy treats an empty array as bytes, so it is declared by type and set afterwards.
     is_empty = _is_empty_array(parameter, given)
     start = _type(parameter) if is_empty else given.value
     node.declare_parameter(parameter.name, start, descriptor(parameter), ignore_override=True)

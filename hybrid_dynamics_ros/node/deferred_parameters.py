@@ -1,7 +1,7 @@
-"""Calls that set parameters: answered when the code for what they set is here.
+"""Deferred setting of parameters: a call is answered when the compiled code it needs is ready.
 
-Code is made beside the stream, which goes on under the old values until then. Values that need no
-code are set at once, in the order of the calls.
+Code is compiled by another process, while the stream continues with the old values. Values that
+need no code are set at once, in the order of the calls.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Respond = Callable[[Any, Any], Any]
 
 
 class _Call(NamedTuple):
-    """A call that waits: what answers it, and where the answer goes."""
+    """A pending call, with its handler and its response."""
 
     respond: Callable[[], Any]
     request: Any
@@ -34,7 +34,7 @@ class _Call(NamedTuple):
 
 
 class _Queue:
-    """Calls in their order; all but `_prepare` runs in the thread of the executor."""
+    """Pending calls in order; all methods except `_prepare` run in the executor's thread."""
 
     def __init__(self, node: Node, watch: ParameterWatch, calls: ServiceServer) -> None:
         self._node, self._watch, self._calls = node, watch, calls
@@ -42,14 +42,14 @@ class _Queue:
         self._is_preparing = False
 
     def answer(self, respond: Respond, request: Any, response: Any) -> DeferredResponse:
-        """Answer a call, now or later."""
+        """Answer a call, at once or later."""
         deferred = DeferredResponse()
         self._waiting.append(_Call(partial(respond, request, response), request, deferred))
         self._go_on()
         return deferred
 
     def _go_on(self) -> None:
-        """Answer calls as far as their code is here."""
+        """Answer calls whose code is ready, in order."""
         while self._waiting and not self._is_preparing:
             call, runtime = self._waiting[0], self._calls.runtime
             missing = None if runtime is None else self._missing(runtime, call.request)
@@ -61,19 +61,19 @@ class _Queue:
                 call.deferred.give(call.respond())
 
     def _missing(self, runtime: Runtime, request: Any) -> Conditions | None:
-        """The first conditions on the way to the values asked for whose code is not here."""
+        """The first of the intermediate conditions, up to the requested values, without code."""
         for count in range(len(request.parameters)):
             try:
                 settings = self._watch.after(request.parameters[: count + 1])
                 conditions = runtime.conditions_under(settings)
-            except (ParameterError, HybridDynamicsError):  # the call is refused, with the reason
+            except (ParameterError, HybridDynamicsError):  # the call will be refused
                 return None
             if not runtime.is_prepared(conditions):
                 return conditions
         return None
 
     def _prepare(self, runtime: Runtime, conditions: Conditions) -> None:
-        """In the thread of the changes."""
+        """Compile code, in the thread of the changes."""
         try:
             runtime.prepare(conditions)
         finally:
@@ -87,7 +87,7 @@ class _Queue:
 
 
 def wait_for_code(node: Node, watch: ParameterWatch, calls: ServiceServer) -> None:
-    """Let the node's own services that set parameters wait for code."""
+    """Let the node's parameter services wait for code."""
     queue = _Queue(node, watch, calls)
     for service in node.services:
         if service.srv_type in (SetParameters, SetParametersAtomically):

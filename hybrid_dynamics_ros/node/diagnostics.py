@@ -1,4 +1,4 @@
-"""Reports as diagnostic_msgs, a status for each subject."""
+"""Diagnostics: a diagnostic_msgs status for each subject."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from std_msgs.msg import Header
 
 from ..stream.monitor import Level, StatusEntry
 
-Subjects = Mapping[str, Sequence[StatusEntry]]  # what was reported, by its subject
+Subjects = Mapping[str, Sequence[StatusEntry]]  # entries by subject
 
 
 def diagnostic_array(
     name: str, hardware: str, state: str, subjects: Subjects, stamp: Time
 ) -> DiagnosticArray:
-    """A status for each subject, as bad as the worst of its entries.
+    """A status for each subject, with the level of its worst entry.
 
     Args:
         name: full name of the node.
         hardware: name of the robot, or "".
         state: lifecycle state of the node.
-        subjects: what was reported.
-        stamp: when.
+        subjects: entries by subject.
+        stamp: time of the report.
     """
     array = DiagnosticArray(header=Header(stamp=stamp))
     for subject, entries in subjects.items():
@@ -35,7 +35,7 @@ def diagnostic_array(
 
 
 def _status(state: str, entries: Sequence[StatusEntry]) -> DiagnosticStatus:
-    """Its message is the state of the node and the worst entries."""
+    """A status whose message has the node's state and the worst entries."""
     worst = max((entry.level for entry in entries), default=Level.OK)
     texts = [state]
     if worst is not Level.OK:

@@ -1,4 +1,4 @@
-"""The process around the node: arguments, signals, the loop, the exit code."""
+"""The node's process: arguments, signals, loop, exit code."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Final
 from .process.stop_signals import StopSignals
 from .process.watchdog import Watchdog
 
-# A thread that takes code from disk passes the interpreter on to the stream sooner.
+# A short interval gives the stream the interpreter sooner, while a thread loads code.
 _SWITCH_INTERVAL: Final = 5e-4  # [s]
-_MAX_WAIT: Final = 0.5  # [s] for an event: so often at least the loop beats and sees a signal
+_MAX_WAIT: Final = 0.5  # [s] for an event; the longest time between beats of the loop
 _USAGE: Final = (
     "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r"
     " __node:=NAME]"
@@ -34,15 +34,15 @@ def main(args: list[str] | None = None) -> int:
     if "-h" in words[1:] or "--help" in words[1:]:
         sys.stdout.write(f"{_USAGE}\n{_MORE}")
         return 0
-    # Where no ROS installation is sourced, packages are beside this Python.
+    # Without a sourced ROS installation, packages are in this Python's prefix.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
-    # Matrices are small: on a busy machine the threads of OpenBLAS wait for each other.
+    # Matrices are small, and threads of OpenBLAS would only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    # Another thread sends: slow readers cost the stream nothing.
+    # Asynchronous publishing: slow readers do not block the stream.
     os.environ.setdefault("RMW_FASTRTPS_PUBLICATION_MODE", "ASYNCHRONOUS")
     stop = StopSignals()
-    # Late: its imports take a while, and the usage above needs none of them.
+    # Imported late: it is slow, and the usage above does not need it.
     from hybrid_dynamics_core.kernels.cache import at_least_meanwhile  # noqa: PLC0415
 
     try:
@@ -56,7 +56,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _run(args: list[str], stop: StopSignals) -> int:
-    # Late: a machine without ROS gets a sentence instead of a traceback.
+    # Imported late: a machine without ROS gets a sentence instead of a traceback.
     import rclpy  # noqa: PLC0415
     from rclpy.exceptions import ParameterException  # noqa: PLC0415
     from rclpy.signals import SignalHandlerOptions  # noqa: PLC0415
@@ -65,7 +65,7 @@ def _run(args: list[str], stop: StopSignals) -> int:
     from ..parameters import ParameterError  # noqa: PLC0415
 
     try:
-        # The signal handlers of rclpy would end the context while the node still uses it.
+        # rclpy's signal handlers would end the context while the node still uses it.
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # wrong ROS arguments
         return _failed(error)
@@ -94,7 +94,7 @@ def _spin(stop: StopSignals) -> None:
             executor = make_executor()
             executor.add_node(node)
             node.start()
-            # Not spin(): that of the events executor does not return on signals.
+            # spin() of the events executor does not return on signals.
             while ok() and not stop.requested.is_set():
                 watchdog.beat()
                 executor.spin_once(timeout_sec=_MAX_WAIT)
@@ -106,7 +106,7 @@ def _spin(stop: StopSignals) -> None:
 
 
 def _refuse_others(arguments: list[str]) -> None:
-    """Refuse words that are no ROS arguments: without them another robot could start.
+    """Refuse arguments that are no ROS arguments, since ignoring them may start a wrong robot.
 
     Raises:
         ParameterError: there is one.
@@ -118,7 +118,7 @@ def _refuse_others(arguments: list[str]) -> None:
 
 
 def _failed(error: Exception) -> int:
-    """Say in one line why the node does not run; the exit code for it."""
+    """Print one line on why the node failed; returns the exit code."""
     from rclpy.logging import get_logger  # noqa: PLC0415
 
     from hybrid_dynamics_core.ground.wording import one_line  # noqa: PLC0415

@@ -14,19 +14,19 @@ _NO_SUBSCRIPTION_EVENTS: Final = SubscriptionEventCallbacks(use_default_callback
 
 
 class EventFreeNode(LifecycleNode):
-    """A lifecycle node whose topics have no event handlers, rclpy's default ones included.
+    """A lifecycle node whose topics have no event handlers, not even rclpy's default ones.
 
     To take an event, Fast DDS locks the event and then the reader. Its receiving thread locks the
-    reader and then the event. When both do so at the same time they wait for each other, with
-    Python's interpreter held: no signal handler and no other thread runs any more.
+    reader and then the event. This may deadlock, with the GIL held, so that no signal handler and
+    no other thread can run.
     """
 
     def create_publisher(self, *args: Any, **options: Any) -> Publisher:
-        """As rclpy does it, without event handlers."""
+        """Create it as rclpy does, without event handlers."""
         options.setdefault("event_callbacks", _NO_PUBLISHER_EVENTS)
         return super().create_publisher(*args, **options)
 
     def create_subscription(self, *args: Any, **options: Any) -> Subscription:
-        """As rclpy does it, without event handlers."""
+        """Create it as rclpy does, without event handlers."""
         options.setdefault("event_callbacks", _NO_SUBSCRIPTION_EVENTS)
         return super().create_subscription(*args, **options)

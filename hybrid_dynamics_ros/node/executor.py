@@ -1,4 +1,4 @@
-"""The executor that costs least for each message."""
+"""The executor with the least cost per message."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 
 
 def make_executor() -> Executor:
-    """The events executor, where this rclpy has it: half the cost of the wait set.
+    """The events executor if rclpy has it, at half the cost of the wait set.
 
-    Multi-threaded loses some.
+    The multi-threaded executor may lose messages.
     """
     try:
         from rclpy.experimental.events_executor import (  # noqa: PLC0415 - newer than Jazzy's first

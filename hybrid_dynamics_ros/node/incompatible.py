@@ -1,6 +1,6 @@
-"""Why a topic has publishers or subscriptions that hear nothing of each other.
+"""Detection of publishers and subscriptions with incompatible QoS.
 
-The middleware has events for it. The node handles none: see `event_free`.
+The middleware has events for it, but the node handles no events, see `event_free`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 
 def deaf_publishers(node: LifecycleNode, subscription: Subscription) -> list[str]:
-    """Publishers of a topic whose messages do not reach the node, each with the reason."""
+    """Publishers of a topic that are incompatible with the node, each with the reason."""
     topic = subscription.topic_name
     if node.count_publishers(topic) <= subscription.get_publisher_count():
         return []
@@ -27,7 +27,7 @@ def deaf_publishers(node: LifecycleNode, subscription: Subscription) -> list[str
 
 
 def deaf_subscriptions(node: LifecycleNode, publisher: Publisher) -> list[str]:
-    """Subscriptions of a topic that the node's messages do not reach, each with the reason."""
+    """Subscriptions of a topic that are incompatible with the node, each with the reason."""
     topic = publisher.topic_name
     if node.count_subscribers(topic) <= publisher.get_subscription_count():
         return []
@@ -39,7 +39,7 @@ def deaf_subscriptions(node: LifecycleNode, publisher: Publisher) -> list[str]:
 
 
 def _verdict(publisher: QoSProfile, subscription: QoSProfile) -> tuple[QoSCompatibility, str]:
-    """Whether two profiles go together in what this node's topics set."""
+    """Whether two profiles are compatible in the policies that this node sets."""
     verdict: tuple[QoSCompatibility, str] = qos_check_compatible(
         _plain(publisher), _plain(subscription)
     )
@@ -47,7 +47,7 @@ def _verdict(publisher: QoSProfile, subscription: QoSProfile) -> tuple[QoSCompat
 
 
 def _plain(profile: QoSProfile) -> QoSProfile:
-    # What is not set reads as 0 here and as infinite there.
+    # Unset durations are 0 in rclpy, but infinite in the middleware.
     return QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)
 
 
@@ -57,12 +57,12 @@ def _reason(
     endpoint: TopicEndpointInfo,
     verdict: tuple[QoSCompatibility, str],
 ) -> list[str]:
-    """Why an endpoint and the node do not hear each other, one text or none."""
+    """Text on the incompatibility of an endpoint and the node, in a list; or an empty list."""
     compatibility, text = verdict
     place = f"{topic} of {endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
     expected = f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
     if endpoint.topic_type != expected:
         return [f"{place}: type {endpoint.topic_type}, expected {expected}"]
-    if compatibility == QoSCompatibility.ERROR:  # each has an object of its own
+    if compatibility == QoSCompatibility.ERROR:  # compared by value, since identities differ
         return [f"{place}: {text.removeprefix('ERROR: ').rstrip('; ')}"]
     return []

@@ -1,6 +1,6 @@
-"""Bytes of an input become a sample.
+"""Parsing of input bytes to samples.
 
-Streams repeat one layout: its numbers are read where they are.
+Streams repeat one layout, whose numbers are read in place.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ Read = Callable[[bytes], JointSample]
 
 
 class StateReader:
-    """Reads JointStates; those of the layout seen last without a message object."""
+    """Reads JointStates; those of the last layout without a message object."""
 
     def __init__(self, *, has_efforts: bool = False) -> None:
-        """Nothing is read yet; efforts are read where they are asked for."""
+        """Start without a layout; `has_efforts` says whether efforts are read."""
         self._has_efforts = has_efforts
         self._layout: JointStateLayout | None = None
 
     def __call__(self, data: bytes) -> JointSample:
-        """The sample in the bytes of a JointState."""
+        """The sample of a JointState's bytes."""
         layout = self._layout
         if layout is None or not layout.fits(data):
             sample = sample_of_state(deserialize_message(data, JointState))
@@ -45,5 +45,5 @@ class StateReader:
 
 
 def reader_of(kind: type, sample_of: Callable[[Any], JointSample]) -> Read:
-    """Reads messages of any type by way of message objects."""
+    """A reader of messages of any type, by message objects."""
     return lambda data: sample_of(deserialize_message(data, kind))

@@ -1,4 +1,4 @@
-"""One topic that comes in: its subscription, what waits in it, and what was lost on the way."""
+"""An input topic: its subscription, its pending messages, and the count of lost ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..stream.sequence_gaps import SequenceGaps
 from . import qos
 
 _CHECK_PERIOD: Final = (
-    0.1  # [s] for which is kept who publishes: a question costs as much as an answer
+    0.1  # [s] for which the list of publishers is cached, since a query is expensive
 )
 
 
@@ -23,16 +23,15 @@ class InputTopic:
     """A subscription for messages as bytes.
 
     Attributes:
-        name: of the topic, resolved.
-        subscription: made by `open`.
-        queue: messages that wait for their answer.
-        gaps: counts messages that were lost on the way. The middleware's own event takes its locks
-            in another order than the thread that receives: under losses the two wait for each
-            other, for ever.
+        name: resolved name of the topic.
+        subscription: the subscription, after `open`.
+        queue: pending messages.
+        gaps: counts lost messages. The middleware's own event is not used, since it may deadlock,
+            see `event_free`.
     """
 
     def __init__(self, node: LifecycleNode, kind: type, name: str, profile: QoSProfile) -> None:
-        """A topic that is not subscribed to yet; the profile may be changed by overrides."""
+        """Store the arguments; QoS overrides may change the profile."""
         self._node, self._kind, self._profile = node, kind, profile
         self._given_name, self.name = name, node.resolve_topic_name(name)
         self.gaps = SequenceGaps(self._publishers)
@@ -45,8 +44,8 @@ class InputTopic:
         """Subscribe.
 
         Args:
-            on_message: is called after a message was put into the queue.
-            answer: answers a message; False where it cannot be used.
+            on_message: called after a message was put into the queue.
+            answer: processes a message; returns False if it is unusable.
         """
 
         def take(*taken: Any) -> None:
@@ -69,14 +68,14 @@ class InputTopic:
         self.queue = InputQueue(answer, self.subscription.qos_profile.depth)
 
     def take_all(self) -> None:
-        """Put all messages that wait in the subscription into the queue."""
+        """Move all messages of the subscription to the queue."""
         handle = self.subscription.handle
         with handle:
             while (taken := handle.take_message(self._kind, True)) is not None:
                 self._put(*taken)
 
     def destroy(self) -> None:
-        """Take the topic away."""
+        """Destroy the subscription."""
         self._node.destroy_subscription(self.subscription)
 
     def _put(self, message: bytes, information: dict[str, Any]) -> None:

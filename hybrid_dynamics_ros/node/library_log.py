@@ -1,4 +1,4 @@
-"""What the library logs, in the log of a node."""
+"""Forwarding of the library's log to the node's log."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Logs(Protocol):
         """Log a line."""
 
     def warning(self, message: str) -> object:
-        """Log a line that asks for care."""
+        """Log a warning."""
 
 
 class _Forward(logging.Handler):
@@ -26,7 +26,7 @@ class _Forward(logging.Handler):
         self._logger = logger
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.levelno >= logging.WARNING:  # rclpy wants one severity at one place of the text
+        if record.levelno >= logging.WARNING:  # rclpy requires one severity per call site
             self._logger.warning(record.getMessage())
         else:
             self._logger.info(record.getMessage())
@@ -34,7 +34,7 @@ class _Forward(logging.Handler):
 
 @contextmanager
 def forwarded(logger: Logs) -> Iterator[None]:
-    """While this lasts, what the library logs is in the logger too."""
+    """A context in which the library's log is forwarded to a logger."""
     library = logging.getLogger(LIBRARY)
     handler, level = _Forward(logger), library.level
     library.addHandler(handler)

@@ -1,6 +1,6 @@
-"""The lifecycle node: wiring.
+"""The lifecycle node, which wires all parts.
 
-What belongs to a robot is made at configure and thrown away at cleanup.
+Objects of a robot are created at configure and destroyed at cleanup.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ from .subscriptions import Stream
 from .target_frames import target_frames
 
 NODE_NAME: Final = "hybrid_dynamics"
-UNCONFIGURED: Final = "stays unconfigured"  # begins the log line that says why
+UNCONFIGURED: Final = "stays unconfigured"  # beginning of the log line with the reason
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -57,19 +57,19 @@ class HybridDynamicsNode(EventFreeNode):
     """Topics and services of one robot.
 
     Raises:
-        ParameterError: a parameter that was given cannot be used.
+        ParameterError: a given parameter is wrong.
     """
 
     def __init__(self, **options: Any) -> None:
-        """Declare parameters, offer services; options are those of rclpy's Node."""
+        """Declare parameters and create services; options are those of rclpy's Node."""
         super().__init__(NODE_NAME, **options)
         self.settings: NodeSettings = declare(self)
         self._log = ThrottledLog(self.get_logger(), self.settings[LOG_PERIOD])
         self._runtime: Runtime | None = None
         self._stream: Stream | None = None
         self._payloads: PayloadTopic | None = None
-        self._failure = ""  # why there is no robot
-        # Entered around work for which the loop may stand still longer than usual.
+        self._failure = ""  # reason why there is no robot
+        # A context for work that may block the loop longer than usual.
         self.long_work: Callable[[], AbstractContextManager[None]] = nullcontext
         self._description = self.create_publisher(
             String, "robot_description", qos.transient_local()
@@ -78,24 +78,24 @@ class HybridDynamicsNode(EventFreeNode):
         self._calls = ServiceServer(self, self._log)
         watch = ParameterWatch(self, lambda: self.settings, self._why_not, self._take)
         wait_for_code(self, watch, self._calls)
-        # Reports go on while simulated time stands still.
+        # On steady time, so that reports continue while simulated time is paused.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self.settings[DIAGNOSTICS_PERIOD], self._report, clock=steady)
         self._guard_transitions()
 
     def start(self) -> None:
-        """Configure and activate, where the parameter autostart says so."""
+        """Configure and activate, if the parameter autostart is set."""
         if self.settings[AUTOSTART] and self.trigger_configure() == SUCCESS:
             self.trigger_activate()
 
     def summary(self) -> str:
-        """What happened to the input so far, one line."""
+        """A line on the input so far."""
         return "no robot" if self._runtime is None else self._runtime.pipeline.counts.summary()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Load the robot, and make its topics.
+        """Load the robot, and create its topics.
 
-        With a wrong file the node stays unconfigured and says why.
+        If the file is wrong, the node stays unconfigured and logs the reason.
         """
         del state
         with self.long_work():
@@ -120,7 +120,7 @@ class HybridDynamicsNode(EventFreeNode):
         except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
             return self._fail(f"fault of the node:\n{traceback.format_exc()}")
         self._runtime, self._failure = runtime, ""
-        # What a robot is made of stays: a collection through all of it would hold up the stream.
+        # The robot's objects are frozen, since their garbage collection would delay the stream.
         gc.collect()
         gc.freeze()
         self._payloads = PayloadTopic(self, robot, names)
@@ -134,31 +134,31 @@ class HybridDynamicsNode(EventFreeNode):
         return SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer the stream from now on."""
+        """Start processing the stream."""
         return self._set_active(state, active=True)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Leave the stream alone; services go on."""
+        """Stop processing the stream; services continue."""
         return self._set_active(state, active=False)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Throw away all that belongs to the robot."""
+        """Destroy all objects of the robot."""
         del state
         if self._runtime is not None:
-            self._description.publish(String())  # for those who come late there is no robot
+            self._description.publish(String())  # late subscribers get an empty description
         self.discard()
         return SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """The same, for good."""
+        """Destroy all objects of the robot; the node is finalised."""
         return self.on_cleanup(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """After a fault in a transition: back to unconfigured, from where all can begin anew."""
+        """After an error in a transition, return to unconfigured."""
         return self.on_cleanup(state)
 
     def discard(self) -> None:
-        """Throw away all that belongs to the robot."""
+        """Destroy all objects of the robot."""
         self._calls.active = False
         self._calls.close()
         if self._payloads is not None:
@@ -188,7 +188,7 @@ class HybridDynamicsNode(EventFreeNode):
         return FAILURE
 
     def _why_not(self, settings: NodeSettings, parameters: Sequence[Parameter[Any]]) -> str:
-        """Why parameters cannot change so, or ""."""
+        """Why parameters cannot change, or ""."""
         if self._runtime is None:
             return ""
         for parameter in parameters:
@@ -242,9 +242,9 @@ class HybridDynamicsNode(EventFreeNode):
         return runtime.monitor.report(runtime.result, counts, now_ns, self.settings)
 
     def _guard_transitions(self) -> None:
-        """Answer a transition that the state does not allow with no success.
+        """Answer transitions that the state does not allow with success=False.
 
-        rclpy lets it end the node.
+        In rclpy they would end the node.
         """
         change: Callable[[Any, Any], Any] = self._service_change_state.callback
 

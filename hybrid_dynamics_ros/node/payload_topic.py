@@ -1,4 +1,4 @@
-"""The payloads in effect on a latched topic, a message for each frame that has or had one."""
+"""A latched topic of the payloads in effect, with a message for each frame."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ TOPIC: Final = "~/payloads"
 
 
 class PayloadTopic:
-    """Sends all payloads after each change; who comes later gets the newest of every frame."""
+    """Publishes all payloads after each change; late subscribers get the newest of each frame."""
 
     def __init__(self, node: Node, robot: Robot, names: FrameNames) -> None:
         self._node, self._names = node, names
-        # No change has more messages than this: the last ones are all there is to know.
+        # The depth is that of one change, so that late subscribers get exactly the last one.
         profile = qos.transient_local(len(robot.frames))
         self._publisher = node.create_publisher(InertiaStamped, TOPIC, profile)
         self._frames = {robot.end_effector}
 
     def publish(self, payloads: Mapping[str, PayloadBody]) -> None:
-        """These are in effect from now on."""
+        """Publish the payloads in effect."""
         self._frames |= set(payloads)
         stamp = self._node.get_clock().now().to_msg()
         for frame in sorted(self._frames):
@@ -37,7 +37,7 @@ class PayloadTopic:
             self._publisher.publish(message)
 
     def destroy(self) -> None:
-        """Take the topic away."""
+        """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
 

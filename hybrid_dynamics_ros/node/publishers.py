@@ -1,4 +1,4 @@
-"""The topics that a node sends: publishers, and the messages that are due for a result."""
+"""Output topics of a node: publishers, and their messages for each result."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from . import qos
 Send = Callable[[Any], None]
 Fill = Callable[[MotionResult], bytes | None]
 
-_CHECK_PERIOD: Final = 0.02  # [s] for which is kept who listens to which topic
+_CHECK_PERIOD: Final = 0.02  # [s] for which subscription counts are cached
 
 
 class TopicPublisher(NamedTuple):
-    """A topic at work: publisher, what fills its messages, its rate, and which are due."""
+    """An output topic: publisher, encoder, rate, and rate limit."""
 
     publisher: Publisher
     fill: Fill
@@ -39,7 +39,7 @@ class TopicPublisher(NamedTuple):
 
 
 class Publishers:
-    """The topics that go out for each input."""
+    """The output topics for each input."""
 
     def __init__(self, node: LifecycleNode) -> None:
         self._node = node
@@ -51,7 +51,7 @@ class Publishers:
         """Create the topics on the node.
 
         Raises:
-            ParameterError: messages of a topic's type are not installed.
+            ParameterError: the message type of a topic is not installed.
         """
         profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
         for topic in topics:
@@ -62,14 +62,14 @@ class Publishers:
             self.outputs.append(TopicPublisher(publisher, topic.fill, topic.rate, RateLimit()))
 
     def destroy(self) -> None:
-        """Take the topics away."""
+        """Destroy the publishers."""
         for output in self.outputs:
             self._node.destroy_publisher(output.publisher)
 
     def messages(self, result: MotionResult, settings: NodeSettings) -> list[tuple[Send, Any]]:
-        """All messages that are due, each with what sends it.
+        """All messages for a result, each with its send function.
 
-        They are made before the first is sent, so that all go or none.
+        They are made before the first is sent, so that all are sent or none.
         """
         now = time.perf_counter()
         if now > self._checked + _CHECK_PERIOD:
@@ -80,17 +80,17 @@ class Publishers:
             if (rate == 0.0 or pace.due(result.stamp_ns, rate)) and has_listener:
                 message = fill(result)
                 if message is not None:
-                    # Bytes go the short way; the publisher is destroyed in this thread alone.
+                    # Sends bytes directly; only this thread destroys the publisher.
                     messages.append((publisher.handle.publish_raw, message))
         return messages
 
     def _check(self, settings: NodeSettings) -> None:
-        """Keep the rates of the topics, and whether somebody listens."""
+        """Update rates and subscription counts of the topics."""
         self._sent = []
         for publisher, fill, parameter, pace in self.outputs:
             rate = settings[parameter]
             has_listener = publisher.get_subscription_count() > 0
-            # A topic at full rate needs no pace: without a listener nothing is done for it.
+            # A topic at full rate without subscriptions is skipped.
             if rate > 0.0 or (rate == 0.0 and has_listener):
                 self._sent.append((publisher, fill, rate, pace, has_listener))
 
@@ -99,7 +99,7 @@ def message_class(kind: str) -> type:
     """The class of a message type, such as "sensor_msgs/msg/JointState".
 
     Raises:
-        ParameterError: tf2_msgs is not installed, which is not among the wheels of PyPI.
+        ParameterError: tf2_msgs is not installed; PyPI does not have it.
     """
     package, _, name = kind.split("/")
     try:

@@ -1,4 +1,4 @@
-"""Quality of service of the topics, by the names that the parameters know."""
+"""QoS profiles of the topics, by their names in parameters."""
 
 from __future__ import annotations
 
@@ -10,28 +10,27 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from ..parameters import BEST_EFFORT, LATEST, RELIABLE, SENSOR_DATA
 
 _PROFILES: Final = {
-    # Each message arrives, as long as the queue holds it. Does not connect to a best-effort
-    # publisher.
+    # Each message arrives, as long as the queue holds it. Incompatible with best-effort publishers.
     RELIABLE: (QoSReliabilityPolicy.RELIABLE, None),
-    # A lost message stays lost. As subscriber it connects to every publisher.
+    # Messages may be lost. As a subscription it is compatible with every publisher.
     BEST_EFFORT: (QoSReliabilityPolicy.BEST_EFFORT, None),
-    # As ROS names it: best effort with a short queue, whatever depth is asked for.
+    # ROS's sensor data profile: best effort with a short queue of fixed depth.
     SENSOR_DATA: (QoSReliabilityPolicy.BEST_EFFORT, 5),
-    # The newest message and no other: what waits is replaced.
+    # Only the newest message: pending ones are replaced.
     LATEST: (QoSReliabilityPolicy.RELIABLE, 1),
 }
 
-# Where one topic needs other policies, at start: parameters
+# Other policies for one topic, at start: parameters
 # qos_overrides.TOPIC.{publisher,subscription}.{depth,...}.
 OVERRIDES: Final = QoSOverridingOptions.with_default_policies()
 
 
 def profile(name: str, depth: int) -> QoSProfile:
-    """Volatile profile that keeps the last messages.
+    """A volatile profile that keeps the last messages.
 
     Args:
-        name: of the profile, as the parameters know it.
-        depth: how many messages it keeps, unless the profile says so itself.
+        name: name of the profile in parameters.
+        depth: history depth, unless the profile has its own.
 
     Raises:
         KeyError: no profile has this name.
@@ -46,7 +45,7 @@ def profile(name: str, depth: int) -> QoSProfile:
 
 
 def transient_local(depth: int = 1) -> QoSProfile:
-    """Reliable and transient local: subscriptions that come later get the last messages too."""
+    """A reliable and transient local profile: late subscriptions get the last messages."""
     return QoSProfile(
         reliability=QoSReliabilityPolicy.RELIABLE,
         durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,

@@ -1,6 +1,6 @@
-"""Services and trajectories on a node: each call is answered here or in a process beside.
+"""Services of a node: calls are answered in this process or in worker processes.
 
-None is in the way of the stream.
+They do not block the stream.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ from ..stream.runtime import Runtime
 from .target_frames import TargetFrames
 from .trajectory_topics import TrajectoryTopics
 
-# The usual ten that wait would let calls of a flood vanish unanswered.
+# With the usual depth of ten, calls of a flood would be lost unanswered.
 _REQUESTS: Final = QoSProfile(depth=1000)
 _UNREADY: Final = Rejection(
     RejectionCode.NOT_READY, "the node is not configured: it has no robot yet"
 )
 _MOVING: Final = Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile")
-Give = Callable[[Any], None]  # takes the response
+Give = Callable[[Any], None]  # receives the response
 
 
 class DeferredResponse:
-    """Stands for a response that comes later, before or after it is clear where it goes."""
+    """A response that is given later, before or after its destination is known."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -53,14 +53,14 @@ class DeferredResponse:
         self._send: Callable[[Any], None] | None = None
 
     def give(self, response: Any) -> None:
-        """The response is there."""
+        """Set the response."""
         with self._lock:
             self._response = response
             if self._send is not None:
                 self._send(response)
 
     def send_to(self, send: Callable[[Any], None]) -> None:
-        """Where the response goes."""
+        """Set the destination of the response."""
         with self._lock:
             self._send = send
             if self._response is not None:
@@ -70,7 +70,7 @@ class DeferredResponse:
 def defer_responses(service: RosService) -> None:
     """Let the callback of a service return :class:`DeferredResponse`.
 
-    The events executor does not have rclpy's own way, coroutines.
+    The events executor does not support coroutines, rclpy's usual way.
     """
     send_now = service.send_response
     lock = threading.Lock()
@@ -91,7 +91,7 @@ def defer_responses(service: RosService) -> None:
 class ServiceServer:
     """All services on a node.
 
-    They are there from the first moment on, and say NOT_READY until there is a robot.
+    They exist from the start, and answer NOT_READY until there is a robot.
     """
 
     def __init__(self, node: LifecycleNode, log: ThrottledLog) -> None:
@@ -100,7 +100,7 @@ class ServiceServer:
         self._workers: WorkerPool | None = None
         self._code: CodeMaker | None = None
         self._targets: TargetFrames | None = None
-        # One thread: changes come one after the other.
+        # One thread, so that changes are serial.
         self._changer: ThreadPoolExecutor | None = None
         self.active = False
         self.counts = CallCounts()
@@ -113,11 +113,11 @@ class ServiceServer:
         self._following: FollowAction | None = None
 
     def open(self, runtime: Runtime, targets: TargetFrames | None = None) -> None:
-        """Answer for this robot from now on.
+        """Start answering for a robot.
 
         Args:
             runtime: the robot.
-            targets: brings targets into the base frame; None where they have to be in it.
+            targets: transforms targets to the base frame; None if they must be in it.
         """
         self._targets = targets
         self._workers = WorkerPool(runtime.robot.description)
@@ -127,7 +127,7 @@ class ServiceServer:
         self._runtime = runtime
 
     def offer_following(self, robot: Robot, settings: NodeSettings) -> None:
-        """Offer ~/follow_joint_trajectory, where a parameter names the controller's action.
+        """Create ~/follow_joint_trajectory, if a parameter names the controller's action.
 
         Raises:
             ParameterError: control_msgs is not installed.
@@ -137,10 +137,10 @@ class ServiceServer:
             self._following = FollowAction(self._node, controller, robot.coordinates, self.run)
 
     def close(self) -> None:
-        """Answer NOT_READY from now on."""
+        """Start answering NOT_READY."""
         self._runtime = None
         if self._changer is not None:
-            self._changer.shutdown(wait=False)  # what waits is answered NOT_READY
+            self._changer.shutdown(wait=False)  # pending calls are answered NOT_READY
         if self._code is not None:
             self._code.close()
         if self._workers is not None:
@@ -153,18 +153,18 @@ class ServiceServer:
         self._following = None
 
     def worker_report(self) -> list[StatusEntry]:
-        """How the processes are that work on calls."""
+        """Diagnostics of the worker processes."""
         if self._workers is None:
             return [StatusEntry("processes", "none before configure", Level.STALE)]
         return self._workers.report()
 
     @property
     def runtime(self) -> Runtime | None:
-        """The robot that is answered for."""
+        """The runtime of the present robot, or None."""
         return self._runtime
 
     def beside(self, work: Callable[[], None]) -> bool:
-        """Have something done in the thread of the changes; False where there is no robot."""
+        """Call a function in the thread of the changes; returns False without a robot."""
         if self._changer is None:
             return False
         self._changer.submit(work)
@@ -179,13 +179,13 @@ class ServiceServer:
         return respond
 
     def run(self, service: Service, request: Any, give: Give, *, is_begun: bool = False) -> None:
-        """Have a call answered that does not come from a client of a service.
+        """Submit a call that does not come from a service client.
 
         Args:
-            service: what is asked.
+            service: the service.
             request: its request.
-            give: gets the response, in some thread.
-            is_begun: whether it goes on with what was begun: then no queue is too long for it.
+            give: called with the response, in some thread.
+            is_begun: whether it continues a job; such calls are never refused for a full queue.
         """
         self._call(service, request, service.kind.Response(), give, is_begun=is_begun)
 
@@ -211,7 +211,7 @@ class ServiceServer:
 
             try:
                 changer.submit(change_and_give)
-            except RuntimeError:  # it was shut down meanwhile
+            except RuntimeError:  # shut down in the meantime
                 self._give(service, refused(response, _UNREADY), give)
 
         situation, settings = runtime.situation(), runtime.settings
@@ -226,9 +226,9 @@ class ServiceServer:
     def _change(
         self, service: Service, runtime: Runtime, change: ConditionChange, answered: Any
     ) -> Any:
-        """Make the change of a call, unless things changed while it was worked on.
+        """Apply the change of a call, unless the conditions changed in the meantime.
 
-        It runs in a thread of its own.
+        It runs in the thread of the changes.
         """
         empty = type(answered)()
         try:

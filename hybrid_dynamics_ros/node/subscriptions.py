@@ -1,4 +1,4 @@
-"""The stream on a node: subscriptions in, the pipeline, publishers out."""
+"""The stream of a node: input subscriptions, pipeline, output publishers."""
 
 from __future__ import annotations
 
@@ -50,31 +50,30 @@ from .input_topic import InputTopic
 from .publishers import Publishers
 
 _UNREMARKABLE: Final = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
-# [s] between an answer and the next input where there may be more inputs waiting
+# [s] between a result and the next input, below which more inputs may be pending
 _BACK_TO_BACK: Final = 2e-4
-_RESUME: Final = 1e-3  # [s] until the next turn, where something waits that nothing follows
+_RESUME: Final = 1e-3  # [s] until pending messages without a successor are processed
 _STEADY: Final = Clock(clock_type=ClockType.STEADY_TIME)
-_STUCK: Final = 3  # inputs with the same stamp, one after the other
+_STUCK: Final = 3  # consecutive inputs with the same stamp
 
 
 class Stream:
-    """Takes joint states while it is active, and answers each of them on all topics."""
+    """Processes joint states while active, and publishes results of each on all topics."""
 
     def __init__(self, node: LifecycleNode, runtime: Runtime, log: ThrottledLog) -> None:
-        """Create topics on the node."""
+        """Create the topics on the node."""
         self.active = False
         self._node, self._runtime, self._log = node, runtime, log
         self._repeated = 0
-        self._ended = 0.0  # when the last input was answered [s]
+        self._ended = 0.0  # [s] time of the last result
         self._publishers = Publishers(node)
         self.inputs: list[InputTopic] = []
-        # Runs only while something waits: the executor wakes for messages that come, and for those
-        # alone.
+        # Runs only while messages are pending, since the executor wakes only for new messages.
         self._resume = node.create_timer(_RESUME, self._on_resume, clock=_STEADY)
         self._resume.cancel()
         try:
             self._open()
-        except BaseException:  # nobody else knows of what was made so far
+        except BaseException:  # destroys what was created so far
             self.destroy()
             raise
 
@@ -92,7 +91,7 @@ class Stream:
             self._subscribe(kind, odometry.topic, partial(self._take_odometry, odometry, kind))
 
     def check_connections(self) -> None:
-        """Note publishers and subscriptions of other nodes that are not heard or do not hear."""
+        """Log publishers and subscriptions of other nodes with incompatible QoS."""
         reasons: list[str] = []
         for source in self.inputs:
             reasons += deaf_publishers(self._node, source.subscription)
@@ -104,7 +103,7 @@ class Stream:
             self._log.warn("not connected", f"not connected: {text}")
 
     def destroy(self) -> None:
-        """Take the topics away."""
+        """Destroy the topics."""
         self._node.destroy_timer(self._resume)
         for source in self.inputs:
             source.destroy()
@@ -118,12 +117,12 @@ class Stream:
         self.inputs.append(source)
 
     def _on_message(self, source: InputTopic) -> None:
-        """Answer what came, and all that waits behind it; of too many only the newest state."""
+        """Process a message and all pending ones; under overload only the newest state."""
         if not self.active:
             self._leave_out(source)
             return
         start = time.perf_counter()
-        # There may be more waiting.
+        # More messages may be pending.
         if source.queue.is_overloaded or start < self._ended + _BACK_TO_BACK:
             source.take_all()
         self._work(source)
@@ -138,7 +137,7 @@ class Stream:
                 self._work(source)
 
     def _leave_out(self, source: InputTopic) -> None:
-        """Count what waits as left out, since the node is not active."""
+        """Count pending messages as left out, since the node is inactive."""
         self._runtime.monitor.inactive += source.queue.clear()
 
     def _work(self, source: InputTopic) -> None:
@@ -156,7 +155,7 @@ class Stream:
             self._resume.reset()
 
     def _process(self, read: Read, message: bytes) -> bool:
-        """Answer a message; False where it cannot be used."""
+        """Process a message; returns False if it is unusable."""
         start = time.perf_counter()
         rejection = self._attempt(read, message)
         if rejection is not None:
@@ -165,7 +164,7 @@ class Stream:
         return rejection is None
 
     def _take_pressures(self, message: bytes) -> bool:
-        """Remember measured pressures; False where they cannot be used."""
+        """Store measured pressures; returns False if they are unusable."""
         rejection = oversized(len(message)) or self._remember_pressures(message)
         tally = self._runtime.monitor.pressures
         tally.received += 1
@@ -203,7 +202,7 @@ class Stream:
         return rejection is None
 
     def _attempt(self, read: Read, message: bytes) -> Rejection | None:
-        """Answer a message, or say why not; it counts once, wherever it fails."""
+        """Process a message, or return the rejection; it is counted once in any case."""
         pipeline = self._runtime.pipeline
         rejection = oversized(len(message))
         if rejection is not None:
@@ -221,7 +220,7 @@ class Stream:
         runtime = self._runtime
         result = runtime.process(sample)
         if not isinstance(result, MotionResult):
-            return result  # refused, or it waits for other joints
+            return result  # refused, or other joints are missing
         try:
             messages = self._publishers.messages(result, runtime.settings)
             for send, message in messages:
@@ -235,8 +234,8 @@ class Stream:
         return None
 
     def _warn(self, result: MotionResult) -> None:
-        """ThrottledLog what is out of the ordinary."""
-        # By joint: one must not keep back another's line.
+        """Log events of a result, throttled."""
+        # Throttled by joint, so that each joint has its line.
         for joint, text in self._runtime.monitor.beyond(result).items():
             self._log.warn(("limit", joint), text)
         if result.event is StampEvent.REPEATED:
@@ -269,7 +268,7 @@ class Stream:
 
 
 def _fault() -> Rejection:
-    """The exception that is being handled."""
+    """The rejection for the exception that is being handled."""
     return Rejection(RejectionCode.INTERNAL, traceback.format_exc())
 
 

@@ -1,4 +1,4 @@
-"""Targets in any frame of /tf: brought into the base frame before they are worked on."""
+"""Transformation of targets from any frame of /tf to the base frame."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..stream.frames import FrameNames
 
 
 class TargetFrames:
-    """Listens to /tf while it lives.
+    """A listener to /tf that transforms targets.
 
     Raises:
         ParameterError: tf2_ros is not installed.
@@ -41,14 +41,14 @@ class TargetFrames:
         self._listener = tf2.TransformListener(self._buffer, node)
 
     def destroy(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._listener.unregister()
 
     def bring(self, request: Any) -> Rejection | None:
-        """Write the targets of a request in the base frame.
+        """Transform the targets of a request to the base frame, in place.
 
         Returns:
-            Why a target cannot be written in it; None if all could.
+            The rejection if a target cannot be transformed, otherwise None.
         """
         for target, when in _targets(request):
             frame = target.header.frame_id
@@ -65,10 +65,10 @@ class TargetFrames:
 
 
 def target_frames(node: Node, names: FrameNames, settings: NodeSettings) -> TargetFrames | None:
-    """The frames of /tf, if the parameters ask for them; else only the base frame is taken.
+    """The listener, if the parameters enable it; otherwise targets must be in the base frame.
 
     Raises:
-        ParameterError: tf2_ros is asked for, and not installed.
+        ParameterError: tf2_ros is needed, but not installed.
     """
     if not settings[TF_TARGETS]:
         return None
@@ -76,7 +76,7 @@ def target_frames(node: Node, names: FrameNames, settings: NodeSettings) -> Targ
 
 
 def _targets(request: Any) -> Iterator[tuple[PoseStamped, Time]]:
-    """Poses of a request, each with the time of its frame; time zero stands for the newest."""
+    """Target poses of a request, each with the time of its transform; zero means the latest."""
     if isinstance(request, SolveIK.Request):
         yield request.target, Time.from_msg(request.target.header.stamp)
     if isinstance(request, TrajectoryStep.Request):
@@ -87,7 +87,7 @@ def _targets(request: Any) -> Iterator[tuple[PoseStamped, Time]]:
 
 
 def _move(target: PoseStamped, transform: Any) -> None:
-    """Write a pose in the frame that a transform leads to."""
+    """Transform a pose in place."""
     position, quaternion = conversions.pose_arrays(target.pose)
     shift = transform.translation
     turn = transform.rotation
@@ -102,15 +102,15 @@ def _move(target: PoseStamped, transform: Any) -> None:
 
 
 def _turned(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
-    """A vector (3,) turned by a unit quaternion x y z w."""
+    """A vector (3,) rotated by a unit quaternion x y z w."""
     axis, w = quaternion[:3], quaternion[3]
-    # q v q* without its products that cancel
+    # q v q* without products that cancel
     across = 2.0 * np.cross(axis, vector)
     return np.asarray(vector + w * across + np.cross(axis, across))
 
 
 def _product(one: FloatArray, other: FloatArray) -> FloatArray:
-    """The rotation `one` after `other`, as quaternions x y z w."""
+    """The quaternion product one * other, x y z w."""
     a, w = one[:3], one[3]
     b, v = other[:3], other[3]
     vector = w * b + v * a + np.cross(a, b)

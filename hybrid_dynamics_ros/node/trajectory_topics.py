@@ -1,4 +1,4 @@
-"""Trajectories that come on a topic: the converted ones, and what became of each."""
+"""Conversion of trajectories from a topic to a topic, with a status for each."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _SERVICE = BY_NAME["convert_trajectory"]
 
 
 class TrajectoryTopics:
-    """Takes trajectories on a topic, and answers each on two others."""
+    """Subscribes to trajectories, and publishes results and status of each."""
 
     def __init__(self, node: LifecycleNode, run: Run, is_active: Callable[[], bool]) -> None:
-        """Make the topics.
+        """Create the topics.
 
         Args:
-            node: on which.
-            run: has a call answered beside the stream.
+            node: the node.
+            run: submits a call to the worker processes.
             is_active: whether the node is active.
         """
         self._run, self._is_active = run, is_active

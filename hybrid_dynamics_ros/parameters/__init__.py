@@ -1,7 +1,7 @@
-"""The parameters of the node: a table, the values read from it, and the check of every value.
+"""The parameters of the node: their table, their values and checks.
 
-Each subject has a module with its lines of the table. Knows no rclpy:
-`node/declare_parameters.py` puts the table onto a node.
+Each subject has a module with its rows of the table. This package does not depend on rclpy:
+`node/declare_parameters.py` declares the table on a node.
 """
 
 from .check import checked

@@ -1,4 +1,4 @@
-"""The check of every value."""
+"""Checks of parameter values."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .row import Parameter, ParameterError, Value
 def checked(row: Parameter[Any], value: Any) -> Value:
     """The value of a parameter, checked against its row of the table.
 
-    A whole number is taken for a real one. An array becomes a tuple. What is not set, None or an
-    empty array, becomes the default.
+    An integer is accepted as a float. An array becomes a tuple. An unset value, None or an empty
+    array, becomes the default.
 
     Raises:
-        ParameterError: the value has the wrong type or length, is empty, out of bounds or none of
+        ParameterError: the value has a wrong type or length, or is empty, out of bounds or none of
             the choices. The text says what is expected.
     """
     is_array = row.length != 0
@@ -38,14 +38,14 @@ def _is_empty(value: Any) -> bool:
 
 
 def _check_sign(row: Parameter[Any], entry: Any) -> None:
-    """Raise where the sign of a sensor is neither 1 nor -1, which bounds cannot say."""
+    """Raise if the sign of a sensor is neither 1 nor -1, which bounds cannot express."""
     is_sign = row.name.startswith(f"{SENSOR}.") and row.name.endswith(".sign")
     if is_sign and abs(entry) != 1.0:
         raise _wrong(row, entry, "expected 1.0 or -1.0")
 
 
 def _checked_array(row: Parameter[Any], value: Any) -> Value:
-    """An array as a tuple, its length and entries checked."""
+    """Check length and entries of an array; returns a tuple."""
     if isinstance(value, str | bytes) or not isinstance(value, Sequence):
         raise _wrong(row, value, "expected an array")
     if row.length is not None and len(value) != row.length:
@@ -57,7 +57,7 @@ def _checked_array(row: Parameter[Any], value: Any) -> Value:
 
 
 def _check_arguments(texts: tuple[str, ...]) -> None:
-    """Raise where a text is no argument, or gives one that was given before."""
+    """Raise if a text is no argument, or repeats one."""
     names = set()
     for text in texts:
         name, sign, _ = text.partition(":=")
@@ -69,7 +69,7 @@ def _check_arguments(texts: tuple[str, ...]) -> None:
 
 
 def _entry(row: Parameter[Any], value: Any) -> Any:
-    """A value that is no array, or one entry of an array, checked."""
+    """Check a scalar value, or one entry of an array."""
     if row.kind is float and type(value) is int:
         value = float(value)
     if type(value) is not row.kind:

@@ -1,4 +1,4 @@
-"""Parameters: when diagnostics warn, and how often the log does."""
+"""Parameters: thresholds of diagnostics, and periods of logging."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .row import LARGE, ChangeTime, Parameter
 
 
 def _threshold(name: str, default: float, text: str, unit: str) -> Parameter[float]:
-    """A value from which on diagnostics warn or report an error."""
+    """A threshold above which diagnostics warn or report an error."""
     return Parameter(
         f"diagnostics.{name}", default, text, unit, (0.0, LARGE), change=ChangeTime.ANY_TIME
     )

@@ -1,4 +1,4 @@
-"""Parameters: the input, its sensors, and the rates that are estimated from it."""
+"""Parameters: input, sensors, and estimation of rates."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ VELOCITY_NOISE: Final = Parameter[float](
     bounds=(1e-3, LARGE),
     change=ChangeTime.ANY_TIME,
 )
-# Where one of them changes, the estimates start anew.
+# A change of any of them restarts the estimates.
 FILTER_ROWS: Final[tuple[Parameter[Any], ...]] = (
     FILTER_TYPE,
     BANDWIDTH,
@@ -101,17 +101,17 @@ ROWS: Final[tuple[Parameter[Any], ...]] = (
     *(INPUT_QOS, INPUT_DEPTH),
 )
 
-# For every measured joint J, as sensors.J.NAME: coordinate = sign * scale * (reading - offset).
+# sensors.J.NAME for every measured joint J: coordinate = sign * scale * (reading - offset).
 SENSOR: Final = "sensors"
 
 
 def sensor_joint(name: str) -> str:
-    """The joint of `sensors.JOINT.NAME`, which may have points itself; empty for other names."""
+    """The joint of `sensors.JOINT.NAME`, which may contain dots; empty for other names."""
     return name.removeprefix(f"{SENSOR}.").rpartition(".")[0]
 
 
 def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Parameter[float]]:
-    """The lines of the table for the sensor of one joint: offset, sign and scale."""
+    """The rows of the table for the sensor of one joint: offset, sign and scale."""
 
     def row(
         name: str, default: float, text: str, unit: str, bounds: tuple[float, float]

@@ -1,4 +1,4 @@
-"""Parameters: the topics that go out."""
+"""Parameters: output topics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _RATE: Final = "by the stamps of the input. 0: one for every input. -1: none."
 
 
 def _rate(topic: str, default: float) -> Parameter[float]:
-    """The highest rate of an output topic."""
+    """The largest rate of an output topic."""
     text = f"Highest rate of messages on ~/{topic}, {_RATE}"
     return Parameter(
         f"rates.{topic}", default, text, unit="Hz", bounds=(-1.0, 1e5), change=ChangeTime.ANY_TIME

@@ -1,4 +1,4 @@
-"""Names of the qualities of service."""
+"""Names of QoS profiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters: the robot, and what acts on it."""
+"""Parameters: the robot and its loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A line of the table of parameters, and the error of a value that cannot be used."""
+"""A row of the table of parameters, and the error of a wrong value."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ T = TypeVar("T", bound=Value)
 OptionalFloats = tuple[float, ...] | None
 OptionalNames = tuple[str, ...] | None
 
-LARGE: Final = 1e9  # bound of numbers that need none but a finite one
+LARGE: Final = 1e9  # default bound of numbers
 
 
 class ParameterError(ValueError):
-    """A parameter has a value that the node cannot use, or a name that it does not know."""
+    """A parameter has a wrong value or an unknown name."""
 
 
 class ChangeTime(Enum):
@@ -30,17 +30,17 @@ class ChangeTime(Enum):
 
 @dataclass(frozen=True)
 class Parameter(Generic[T]):
-    """One line of the table.
+    """One row of the table.
 
     Attributes:
         name: parameter name.
-        default: value where none is given; None where the parameter is then an empty array.
-        text: what it is, for people.
-        unit: of a number; "" for other values.
-        bounds: lowest and highest number, both allowed; None where there are no bounds.
-        choices: the words that are allowed; () where any word is.
-        kind: type of the value, or of the entries where it is an array.
-        length: number of entries of an array; None for an array of any length, 0 for no array.
+        default: default value; None if the default is an empty array.
+        text: description.
+        unit: unit of a number; "" for other values.
+        bounds: smallest and largest allowed number; None without bounds.
+        choices: allowed words; () if any word is allowed.
+        kind: type of the value, or of the entries of an array.
+        length: number of entries of an array; None for any length, 0 for a scalar.
         change: when it may change.
     """
 

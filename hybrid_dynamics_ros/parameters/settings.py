@@ -13,13 +13,13 @@ from .table import TABLE
 
 
 class NodeSettings:
-    """Checked values of the table: settings[BANDWIDTH] is a float [Hz].
+    """Checked parameter values: settings[BANDWIDTH] is a float [Hz].
 
-    Never changes; `replaced` makes another.
+    It is immutable; `replaced` returns a changed copy.
     """
 
     def __init__(self, values: Mapping[str, Value] = MappingProxyType({})) -> None:
-        """Values by name; defaults where none is given."""
+        """Set values by name, with defaults for all others."""
         self._values = {**{row.name: row.default for row in TABLE}, **values}
 
     def __getitem__(self, row: Parameter[T]) -> T:
@@ -27,7 +27,7 @@ class NodeSettings:
 
     @property
     def sensors(self) -> list[str]:
-        """Joints of whose sensors something is said."""
+        """Joints with sensor settings."""
         start = f"{SENSOR}."
         names = [name for name in self._values if name.startswith(start)]
         return list(dict.fromkeys(map(sensor_joint, names)))
@@ -39,5 +39,5 @@ class NodeSettings:
         return {name.strip(): value.strip() for name, value in pairs}
 
     def replaced(self, changes: Mapping[str, Value]) -> NodeSettings:
-        """The settings with other values by name."""
+        """The settings with some values replaced, by name."""
         return NodeSettings({**self._values, **changes})

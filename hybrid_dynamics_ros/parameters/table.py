@@ -17,5 +17,5 @@ TABLE: Final[tuple[Parameter[Any], ...]] = (
     *diagnostics.ROWS,
 )
 
-# Parameters that rclpy itself declares: files with all parameters of a node have them too.
+# Parameters that rclpy declares, which may be in files with all parameters of a node.
 ROS_NAMES: Final = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..+")

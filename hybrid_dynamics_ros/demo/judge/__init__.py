@@ -1,1 +1,1 @@
-"""What the demo's results say: comparison, figures."""
+"""Evaluation of the demo's results: comparison and figures."""

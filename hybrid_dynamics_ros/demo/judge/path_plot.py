@@ -23,7 +23,7 @@ class _Line(NamedTuple):
     width: float
 
 
-# What a motor or a cylinder drives has the colour of its effort.
+# Driven links have the colour of their drive's effort.
 _LINES: Final = (
     _Line(("base", "l2"), BLUE, 3.4),
     _Line(("l2", "l3", "l42"), INK, 2.6),
@@ -32,8 +32,8 @@ _LINES: Final = (
     _Line(("l21", "l22"), GREEN, 3.0),
     _Line(("l42", "end_effector"), ORANGE, 3.4),
 )
-_FOOT: Final = "l11"  # stands on the turning column: a line to the ground shows it
-_CONFIGURATIONS: Final = ((0.0, 0.35), (1.0, 1.0))  # share of the path, opacity
+_FOOT: Final = "l11"  # foot of the column, connected to the ground by a line
+_CONFIGURATIONS: Final = ((0.0, 0.35), (1.0, 1.0))  # (share of the path, opacity)
 _LABEL_OFFSET: Final = 0.07  # [m] above an end of the path
 _ROOM: Final = 0.05  # [m] around the points
 
@@ -43,7 +43,7 @@ def draw_path(axes: Any, results: Results, robot: Robot) -> None:
 
     Args:
         axes: 3-D axes of Matplotlib.
-        results: what was received.
+        results: the received messages.
         robot: the robot, for its configuration.
     """
     path = results.pose.position
@@ -77,7 +77,7 @@ def _draw_end(axes: Any, results: Results, row: int) -> None:
 
 
 def _draw_robot(axes: Any, robot: Robot, state: ClosedState, opacity: float) -> FloatArray:
-    """Draw the robot as lines; the corners of the lines (k, 3) [m]."""
+    """Draw the robot as lines; returns their corners (k, 3) [m]."""
     drawn = []
     for line in _LINES:
         corners = _origins(robot, state, line.frames)
@@ -98,7 +98,7 @@ def _origins(robot: Robot, state: ClosedState, frames: Sequence[str]) -> FloatAr
 
 
 def _frame(axes: Any, points: FloatArray) -> None:
-    """Equal scales around the points (k, 3) [m], the floor at z = 0."""
+    """Set equal scales around points (k, 3) [m], with the floor at z = 0."""
     low = points.min(axis=0) - _ROOM
     high = points.max(axis=0) + _ROOM
     low[2] = 0.0

@@ -21,7 +21,7 @@ from .results import Results
 
 
 class _Effort(NamedTuple):
-    """A panel: joint, symbol of the paper, unit, what the joint drives, colour."""
+    """A panel: joint, symbol in the paper, unit, driven link, colour."""
 
     joint: str
     symbol: str
@@ -71,10 +71,10 @@ def save_figure(results: Results, robot: Robot, stem: Path, subtitle: str) -> tu
     """Draw the figure and write it as .png and .svg.
 
     Args:
-        results: what was received from the node.
+        results: the received messages.
         robot: the robot, for its configuration.
         stem: path without suffix.
-        subtitle: where the motion and the numbers come from.
+        subtitle: sources of the motion and the numbers.
 
     Returns:
         The paths of both files.
@@ -88,7 +88,7 @@ def save_figure(results: Results, robot: Robot, stem: Path, subtitle: str) -> tu
 
 
 def draw(results: Results, robot: Robot, subtitle: str) -> Figure:
-    """The figure, not yet written; arguments as of `save_figure`."""
+    """Make the figure without writing it; arguments are those of `save_figure`."""
     figure = Figure(figsize=_SIZE)
     grid = figure.add_gridspec(2, 2, **_GRID)
     for k, effort in enumerate(_EFFORTS):
@@ -130,13 +130,13 @@ def _draw_position(axes: Axes, results: Results) -> None:
 
 
 def _label_time(axes: Axes, time: NDArray[Any]) -> None:
-    """A time axis from 0 to the last of some times (N,) [s]."""
+    """Set a time axis from 0 to the last of some times (N,) [s]."""
     axes.set_xlim(0.0, max(time[-1], _MIN_DURATION))
     axes.set_xlabel("time [s]")
 
 
 def _save(figure: Figure, path: Path, **options: Any) -> None:
-    """Write aside, then rename: an interrupted run leaves no half figure."""
+    """Write to a temporary file and rename, so that no partial figure is left."""
     aside = path.with_name(f".{os.getpid()}.{path.name}")
     try:
         figure.savefig(aside, **options)

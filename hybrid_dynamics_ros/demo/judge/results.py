@@ -1,4 +1,4 @@
-"""What a result bag holds, as arrays."""
+"""The content of a result bag, as arrays."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class JointSeries:
     Attributes:
         names: joints.
         stamp_ns: header stamps (N,) [ns].
-        log_ns: when each arrived, or was sent in the case of the input (N,) [ns].
+        log_ns: times of arrival; for the input, times of sending (N,) [ns].
         position: (N, k) [rad or m]; NaN where a message has none.
         velocity: (N, k) [rad/s or m/s]; NaN where a message has none.
         effort: (N, k) [N m or N]; NaN where a message has none.
@@ -69,12 +69,12 @@ class Results:
 
     @property
     def start_ns(self) -> int:
-        """Stamp of the first input [ns], where the time of plots begins."""
+        """Stamp of the first input [ns], the origin of time in plots."""
         return int(self.inputs.stamp_ns[0])
 
 
 def read_results(bag: Path) -> Results:
-    """Read a bag that the demo recorded.
+    """Read a bag recorded by the demo.
 
     Raises:
         BagError: there is no bag, or it cannot be read.

@@ -1,4 +1,4 @@
-"""Whether a run went well: nothing lost, and the efforts are those of the model."""
+"""The verdict on a run: no message lost, and efforts equal to the model's."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from ..expectation import Expectation
 from ..topics import EFFORTS, INPUT, POSE, STATES
 from .results import JointSeries, Results
 
-# The node calls the model for one state, the check for all at once: rounding differs in the last
-# digits.
+# The node evaluates single states, the check a batch: rounding differs in the last digits.
 TOLERANCE: Final = 1e-9
 _NAN: Final = float("nan")
 
@@ -25,15 +24,14 @@ Stamps = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came out of a run, beside what should have.
+    """Received and expected output of a run.
 
     Attributes:
-        expected: number of messages by topic that should have come.
-        received: number of these that came; one that came twice counts once.
-        difference: largest difference of an effort from the model called directly [N m or N]; NaN
-            where no efforts came.
-        relative: the difference in a message over the largest effort in it, the largest of all
-            messages; NaN where no efforts came.
+        expected: number of expected messages by topic.
+        received: number of expected messages that arrived, without duplicates.
+        difference: largest difference of an effort from the model's [N m or N]; NaN without
+            efforts.
+        relative: largest difference of a message over its largest effort; NaN without efforts.
         delay: median and 99 % quantile of the time from sending an input to receiving its efforts
             [s].
     """
@@ -46,17 +44,17 @@ class Verdict:
 
     @property
     def lost(self) -> int:
-        """Messages of all topics that should have come and did not."""
+        """Number of lost messages of all topics."""
         return sum(self.expected.values()) - sum(self.received.values())
 
     @property
     def good(self) -> bool:
-        """Whether nothing was lost and the efforts agree."""
+        """Whether no message was lost and the efforts agree."""
         return self.lost == 0 and self.relative <= TOLERANCE
 
 
 def judge(expected: Expectation, results: Results, robot: Robot) -> Verdict:
-    """Compare what was received with what was played, and with the model called directly."""
+    """Compare the received messages with the expected ones, and with the model."""
     received_stamps = {
         INPUT: results.inputs.stamp_ns,
         STATES: results.states.stamp_ns,
@@ -76,10 +74,9 @@ def judge(expected: Expectation, results: Results, robot: Robot) -> Verdict:
 
 
 def _differences(expected: Expectation, results: Results, robot: Robot) -> tuple[float, float]:
-    """Largest difference of an effort, absolute and relative to the largest one of its message.
+    """Largest difference of an effort, absolute and relative to the largest of its message.
 
-    Messages belong together by their stamps: those that came in as input, those that came out with
-    efforts, and the accelerations that are expected of the node's filter.
+    Inputs, efforts and expected accelerations are matched by stamp.
     """
     efforts, inputs = results.efforts, results.inputs
     stamps = np.intersect1d(efforts.stamp_ns, inputs.stamp_ns)
@@ -99,13 +96,13 @@ def _differences(expected: Expectation, results: Results, robot: Robot) -> tuple
 
 
 def _rows_of(stamps: Stamps, series: Stamps) -> NDArray[np.intp]:
-    """The first row of each of some stamps (k,), rising, in a series (N,) that has them all."""
+    """The first row of each stamp (k,), ascending, in a series (N,) that contains them."""
     _, _, rows = np.intersect1d(stamps, series, return_indices=True)
     return np.asarray(rows, dtype=np.intp)
 
 
 def _columns(series: JointSeries, table: FloatArray, robot: Robot) -> FloatArray:
-    """The columns of a table (N, joints of the series) for the active joints, in their order."""
+    """The columns (N, n) of the active joints, from a table with the joints of a series."""
     columns: FloatArray = table[:, [series.names.index(name) for name in robot.active]]
     return columns
 

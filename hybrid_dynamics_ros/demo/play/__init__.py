@@ -1,1 +1,1 @@
-"""Playing a recording into the node, and recording what it answers."""
+"""Playing of a recording into the node, and recording of its output."""

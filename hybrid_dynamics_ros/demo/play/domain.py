@@ -1,4 +1,4 @@
-"""A ROS graph of its own for each run: a free domain, on this machine only."""
+"""A private ROS domain for each run, on this machine only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Final
 
 from ..errors import DemoError
 
-# From 102 on, the ports reach into those that Linux gives to clients.
+# From 102 on, ports overlap with Linux's ephemeral ports.
 DOMAINS: Final = range(1, 102)
 _PARTICIPANTS: Final = 10
 # Ports of discovery (RTPS 2.5, 9.6.2).
@@ -26,10 +26,10 @@ _PROFILES: Final = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_
 
 @contextmanager
 def private_domain(domain: int | None) -> Iterator[int]:
-    """Take a domain and set the environment of this process, and of those it starts, for it.
+    """Reserve a domain, and set the environment of this process and its children.
 
     Args:
-        domain: the domain to use without looking; None for any that nobody uses.
+        domain: the domain, without a check; None for any unused one.
 
     Raises:
         DemoError: no domain is free.
@@ -46,11 +46,11 @@ def private_domain(domain: int | None) -> Iterator[int]:
 def _set_environment(domain: int) -> None:
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    os.environ.pop("ROS_LOCALHOST_ONLY", None)  # the older variable would override
+    os.environ.pop("ROS_LOCALHOST_ONLY", None)  # the older variable takes precedence
     os.environ.pop("ROS_STATIC_PEERS", None)
     if not any(name in os.environ for name in _PROFILES):
         os.environ[_PROFILES[0]] = str(Path(__file__).with_name("quick_discovery.xml"))
-    # ROS from PyPI has one middleware, whatever a shell asks for.
+    # ROS from PyPI has only one middleware.
     if "AMENT_PREFIX_PATH" not in os.environ:
         os.environ["AMENT_PREFIX_PATH"] = sys.prefix
         os.environ.pop("RMW_IMPLEMENTATION", None)
@@ -58,9 +58,9 @@ def _set_environment(domain: int) -> None:
 
 @contextmanager
 def _free_domain() -> Iterator[int]:
-    """A domain where no process is heard.
+    """A domain without participants.
 
-    A lock file keeps other runs away while this one lasts.
+    A lock file reserves it for the duration of the run.
     """
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):

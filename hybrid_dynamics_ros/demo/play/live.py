@@ -1,4 +1,4 @@
-"""The live view: the newest messages as a table in its place, or as lines without a terminal."""
+"""The live view: the newest messages as a table on a terminal, otherwise as lines."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _ASCII_BAR: Final = "#-"
 
 
 class LiveView:
-    """Draws on a stream, a few times a second at most, however often it is called."""
+    """Draws on a stream, at most a few times a second."""
 
     def __init__(self, stream: TextIO, expected: Expectation, prismatic: frozenset[str]) -> None:
-        """Nothing is drawn yet.
+        """Store the arguments.
 
         Args:
-            stream: where to draw.
-            expected: what will come.
+            stream: the output stream.
+            expected: the expected output.
             prismatic: coordinates that are lengths; the others are angles.
         """
         self._stream = stream
@@ -41,10 +41,10 @@ class LiveView:
         self._animated = stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
         self._bar = _BAR if _can_show(_BAR, stream) else _ASCII_BAR
         self._height = 0  # rows drawn above the cursor
-        self._next = 0.0  # [s] when to draw
+        self._next = 0.0  # [s] time of the next drawing
 
     def update(self, latest: Mapping[str, bytes], counts: Mapping[str, int]) -> None:
-        """Draw the newest messages if it is time to.
+        """Draw the newest messages if a period has passed.
 
         Args:
             latest: CDR bytes of the newest message, by topic.
@@ -57,7 +57,7 @@ class LiveView:
             self._next = now + period
 
     def close(self, latest: Mapping[str, bytes], counts: Mapping[str, int]) -> None:
-        """Draw the last state, and leave the cursor below it; arguments as of `update`."""
+        """Draw the last state, and leave the cursor below it; arguments are those of `update`."""
         self._draw(latest, counts)
         if self._height:
             self._write(_SHOW_CURSOR)
@@ -65,7 +65,7 @@ class LiveView:
 
     def _draw(self, latest: Mapping[str, bytes], counts: Mapping[str, int]) -> None:
         snapshot = take_snapshot(latest)
-        if snapshot is None or not snapshot.effort:  # efforts tell which joints are active
+        if snapshot is None or not snapshot.effort:  # the active joints are those with efforts
             return
         played = (snapshot.stamp_ns - int(self._expected.stamp_ns[0])) * 1e-9
         progress = Progress(played, self._expected.duration, counts)
@@ -77,7 +77,7 @@ class LiveView:
             self._write(line(snapshot, progress, self._prismatic) + "\n")
 
     def _redraw(self, rows: Sequence[Row], width: int) -> None:
-        """Draw the table in the place of the last one."""
+        """Draw the table over the last one."""
         start = f"\x1b[{self._height}A" if self._height else _HIDE_CURSOR
         lines = [_styled(row, width) for row in rows]
         self._write("\r" + start + "".join(lines))
@@ -89,7 +89,7 @@ class LiveView:
 
 
 def _styled(row: Row, width: int) -> str:
-    """A row as a terminal takes it, cut to a width in letters."""
+    """A row with terminal codes, cut to a width [letters]."""
     text = row.text[:width]
     if row.heading:
         text = f"{_BOLD}{text}{_PLAIN}"

@@ -1,4 +1,4 @@
-"""The player: a process that sends the messages of a recording at their times, as a sensor would.
+"""The player: a process that publishes the messages of a recording at their times.
 
 python -m hybrid_dynamics_ros.demo.play.player BAG [--rate R] [--subscribers N]
 """
@@ -66,7 +66,7 @@ def _run(
     messages: Sequence[RawMessage], rate: float, subscribers: int, stop: threading.Event
 ) -> int:
     node = rclpy.create_node("player", enable_rosout=False, start_parameter_services=False)
-    # The queue holds all messages: a subscriber that falls behind for a while still gets them.
+    # The queue holds all messages, for subscribers that fall behind.
     qos = QoSProfile(depth=max(1, len(messages)), reliability=QoSReliabilityPolicy.RELIABLE)
     publisher = node.create_publisher(JointState, INPUT, qos)
     try:
@@ -85,9 +85,9 @@ def _run(
 
 
 def wait_for_subscribers(publisher: Publisher, count: int, stop: threading.Event) -> bool:
-    """Wait until so many subscriptions are matched.
+    """Wait until `count` subscriptions are matched.
 
-    Nothing that is sent from then on is lost to them. False if it took too long, or `stop` is set.
+    Later messages reach all of them. Returns False after a timeout, or if `stop` is set.
     """
     end = time.monotonic() + MATCH_DEADLINE
     while publisher.get_subscription_count() < count:
@@ -97,10 +97,10 @@ def wait_for_subscribers(publisher: Publisher, count: int, stop: threading.Event
 
 
 def wait_for_acknowledgements(publisher: Publisher, stop: threading.Event) -> bool:
-    """Wait until every subscriber has every message, or until `stop` is set.
+    """Wait until every subscriber has acknowledged every message, or until `stop` is set.
 
-    False if it took too long. The middleware asks for acknowledgements every few seconds: whoever
-    knows otherwise that all came sets `stop`.
+    Returns False after a timeout. Acknowledgements may take a few seconds, so `stop` may be set
+    earlier when all messages are known to have arrived.
     """
     end = time.monotonic() + ACKNOWLEDGE_DEADLINE
     while not stop.is_set() and not publisher.wait_for_all_acked(Duration(seconds=0.05)):
@@ -115,13 +115,13 @@ def play(
     rate: float,
     stop: threading.Event,
 ) -> int:
-    """Send each message at its time; the number sent before `stop` was set.
+    """Publish each message at its time; returns the number sent before `stop` was set.
 
     Args:
-        messages: what to send, in the order of their log times.
-        publish: sends the bytes of one.
+        messages: the messages, in the order of log times.
+        publish: publishes the bytes of a message.
         rate: recorded time over real time.
-        stop: ends it early.
+        stop: event that ends it early.
     """
     start = time.monotonic()
     for sent, message in enumerate(messages):

@@ -1,4 +1,4 @@
-"""The processes beside this one, the node and the player; none of them outlives the demo."""
+"""Child processes of the demo, the node and the player, which end with it."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from typing import Final
 
 from ..errors import DemoError
 
-_LAST_LINES: Final = 15  # of a process that failed
-_PATIENCE: Final = 10.0  # [s] for a process to end by itself once asked
+_LAST_LINES: Final = 15  # shown of a failed process
+_PATIENCE: Final = 10.0  # [s] for a process to end after SIGINT
 
 
 class Child:
-    """A Python module running in its own process; what it prints goes to a file."""
+    """A Python module in a child process, with its output in a file."""
 
     def __init__(self, title: str, log: Path, module: str, *arguments: str) -> None:
         """Start it.
 
         Args:
-            title: what people call it.
+            title: its name in messages.
             log: file for its output.
-            module: what `python -m` runs.
-            arguments: its command line.
+            module: module for `python -m`.
+            arguments: its arguments.
         """
         self.title = title
         self.log = log
@@ -40,7 +40,7 @@ class Child:
 
     @property
     def running(self) -> bool:
-        """Whether it still runs."""
+        """Whether it is running."""
         return self._process.poll() is None
 
     @property
@@ -49,11 +49,11 @@ class Child:
         return self._process.pid
 
     def said(self) -> str:
-        """All that it printed so far."""
+        """Its output so far."""
         return self.log.read_text(encoding="utf-8", errors="replace").strip()
 
     def require_alive(self) -> None:
-        """Raise DemoError with its last words if it has ended with a failure."""
+        """Raise DemoError with its last lines if it has failed."""
         code = self._process.poll()
         if code:
             lines = self.said().splitlines()[-_LAST_LINES:] or ["(it said nothing)"]
@@ -61,7 +61,7 @@ class Child:
             raise DemoError("\n".join([head, *lines]))
 
     def stop(self) -> int:
-        """Ask it to end, make it end if it does not; its exit code."""
+        """Interrupt it, and kill it if necessary; returns its exit code."""
         if self.running:
             self._process.send_signal(signal.SIGINT)
         try:
@@ -73,7 +73,7 @@ class Child:
 
 @contextmanager
 def child(title: str, log: Path, module: str, *arguments: str) -> Iterator[Child]:
-    """A :class:`Child` that has ended when the block is left."""
+    """A context with a :class:`Child`, which ends with the context."""
     process = Child(title, log, module, *arguments)
     try:
         yield process

@@ -1,4 +1,4 @@
-"""The recorder: a node of this process that writes every message as it came."""
+"""The recorder: it writes every received message to a bag."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from ..topics import EFFORTS, INPUT, NODE, OUTPUTS, POSE, STATES
 from ..trajectory import JOINTS, paper_trajectory
 
 RETRY_PERIOD: Final = 2.0  # [s]
-QUEUE: Final = 10_000  # messages: a stalled terminal must not lose any
+QUEUE: Final = 10_000  # [messages] so that a stalled terminal loses none
 _CLASSES: Final = {INPUT: JointState, STATES: JointState, EFFORTS: JointState, POSE: PoseStamped}
 
 
 class Recorder:
-    """Subscribes to the results, later to the input too, and writes the bytes to a bag.
+    """Subscribes to the results, later also to the input, and writes messages to a bag.
 
     Attributes:
-        counts: messages so far, by topic.
+        counts: number of messages so far, by topic.
         latest: CDR bytes of the newest message, by topic.
-        last_arrival: when it came [s], of the monotonic clock.
+        last_arrival: arrival of the newest message, monotonic clock [s].
     """
 
     def __init__(self, node: Node, bag: BagWriter) -> None:
         """Subscribe to the results.
 
         Args:
-            node: of this process.
-            bag: where the messages go.
+            node: node of this process.
+            bag: the bag to write.
         """
         self._node = node
         self._bag = bag
@@ -43,23 +43,22 @@ class Recorder:
         self.last_arrival = time.monotonic()
         for topic in OUTPUTS:
             self._subscribe(topic)
-        # After the subscriptions: see connected().
+        # Created after the subscriptions, see connected().
         self._client = node.create_client(InverseDynamics, f"{NODE}/inverse_dynamics")
         self._answers: list[Any] = []
         self._last_request = -RETRY_PERIOD
 
     def listen_to_input(self) -> None:
-        """Record what the node gets as well, from now on."""
+        """Start recording the input too."""
         self._subscribe(INPUT)
 
     def connected(self) -> bool:
-        """Whether the node is there and sends to all subscriptions. Poll it while spinning.
+        """Whether the node's publishers know all subscriptions; to be polled while spinning.
 
-        Matching is not symmetric: that this side knows the node's publishers does not say that they
-        know its subscriptions. So the node is asked something. Its answer arrives only after it
-        has the reader of the answers, which was announced after the subscriptions, and
-        announcements arrive in order. An answer is lost where the node does not have that reader
-        yet. So the question is repeated.
+        Matching is not symmetric: this side may know the node's publishers before they know its
+        subscriptions. So a service of the node is called. The client was announced after the
+        subscriptions, and announcements arrive in order. So a response shows that the node knows
+        them. A response is lost if the node does not know the client yet, so the call is repeated.
         """
         is_due = time.monotonic() >= self._last_request + RETRY_PERIOD
         if is_due and self._can_ask():
@@ -68,15 +67,15 @@ class Recorder:
         return any(answer.done() for answer in self._answers)
 
     def _can_ask(self) -> bool:
-        """Whether this side knows all of the node's publishers, and its service."""
+        """Whether all publishers of the node, and its service, are discovered."""
         has_publishers = all(self._node.count_publishers(topic) for topic in OUTPUTS)
         return has_publishers and self._client.service_is_ready()
 
     def _subscribe(self, topic: str) -> None:
-        """Record a topic: the input with the time of sending, results with that of arrival.
+        """Record a topic, with times of sending for the input, and times of arrival for results.
 
-        Both times are the middleware's, of one clock. When this process comes to read a message
-        says nothing: one that was sent later may be read first.
+        Both are times of the middleware, on one clock. The time of reading is not used, since
+        messages may be read out of order.
         """
         stamp = "source_timestamp" if topic == INPUT else "received_timestamp"
 
@@ -87,14 +86,14 @@ class Recorder:
             self.last_arrival = time.monotonic()
 
         qos = QoSProfile(depth=QUEUE, reliability=QoSReliabilityPolicy.RELIABLE)
-        callback: Any = write  # rclpy takes two arguments too, and its types do not tell
+        callback: Any = write  # rclpy allows two arguments, but its types do not
         self._node.create_subscription(_CLASSES[topic], topic, callback, qos, raw=True)
 
 
 def _first_request() -> InverseDynamics.Request:
     """The efforts at the start of the trajectory.
 
-    It also makes the node compile its model before time matters.
+    The call also lets the node compile its model before the run.
     """
     trajectory = paper_trajectory(1)
     request = InverseDynamics.Request()

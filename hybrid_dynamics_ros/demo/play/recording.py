@@ -1,6 +1,6 @@
-"""The shipped recording: the paper's trajectory as a sensor would send it.
+"""The shipped recording: the paper's trajectory as messages of a sensor.
 
-This module makes it, the same every time.
+This module makes it reproducibly.
 
 python -m hybrid_dynamics_ros.demo.play.recording FOLDER
 """
@@ -21,7 +21,7 @@ from ..trajectory import JOINTS, ROBOT, SOURCE, Trajectory, paper_trajectory
 
 SHIPPED: Final = Path(__file__).resolve().parents[2] / "recordings" / ROBOT
 FREQUENCY: Final = 100  # [Hz]
-# 8 April 2020, the day of the paper: any fixed time would do.
+# 8 April 2020, the date of the paper; any fixed time would do.
 START_NS: Final = 1_586_304_000 * NS
 
 
@@ -53,10 +53,10 @@ def _joint_state(stamp_ns: int, trajectory: Trajectory, row: int) -> Any:
 
 
 def make_recording(path: Path) -> None:
-    """Write the recording to a folder, in place of one there.
+    """Write the recording to a folder; an existing one is replaced.
 
     Raises:
-        BagCallError: there is something else than a bag at `path`.
+        BagCallError: `path` exists and is no bag.
     """
     notes = {"source": SOURCE, "robot": ROBOT}
     with new_bag(path, bag_topics([INPUT]), notes) as bag:

@@ -1,4 +1,4 @@
-"""The newest messages of all topics, as numbers for people to look at."""
+"""The newest messages of all topics, as numbers for display."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ..topics import EFFORTS, POSE, STATES, TYPES
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The robot as the node last told it.
+    """The latest state of the robot in the node's messages.
 
     Attributes:
         stamp_ns: header stamp of the joint states [ns].
         position: all coordinates by name [rad or m].
         velocity: their rates by name [rad/s or m/s].
-        effort: of the active joints by name [N m or N]; empty until there are any.
+        effort: efforts of the active joints by name [N m or N]; empty until there are any.
         tool: end-effector point in the base frame, x, y, z [m].
         quaternion: end-effector orientation in the base frame, x, y, z, w.
     """
@@ -33,7 +33,7 @@ class Snapshot:
 
 
 def take_snapshot(latest: Mapping[str, bytes]) -> Snapshot | None:
-    """From the newest message of each topic; None until there are joint states and a pose.
+    """A snapshot from the newest message of each topic; None until joint states and a pose exist.
 
     Args:
         latest: CDR bytes by topic.

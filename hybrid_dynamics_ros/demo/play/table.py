@@ -1,4 +1,4 @@
-"""A snapshot in words: a table, or one line."""
+"""A snapshot as text: a table, or one line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from ..topics import EFFORTS, INPUT, POSE, STATES
 from .snapshot import Snapshot
 
-# The forging robot's links and cylinders, as its description file names them.
+# Parts of the forging robot by joint.
 _PARTS: Final = {
     "q1": "column",
     "q12": "cylinder 1",
@@ -43,12 +43,12 @@ _TOOL_HEAD: Final = Row("  end effector in the base frame", heading=True)
 
 
 class Progress(NamedTuple):
-    """How far the run is.
+    """Progress of the run.
 
     Attributes:
-        time: recorded time that was played [s].
-        duration: of the recording [s].
-        counts: messages by topic.
+        time: played part of the recorded time [s].
+        duration: duration of the recording [s].
+        counts: number of messages by topic.
     """
 
     time: float
@@ -57,7 +57,7 @@ class Progress(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Played part, 0 to 1."""
+        """Played share, from 0 to 1."""
         return min(1.0, max(0.0, self.time / self.duration))
 
 
@@ -70,7 +70,7 @@ def table(
         snapshot: what to show.
         progress: how far the run is.
         prismatic: coordinates that are lengths; the others are angles.
-        bar: two characters, done and to do.
+        bar: two characters, for the done and the remaining part.
     """
     active = [name for name in snapshot.position if name in snapshot.effort]
     passive = [name for name in snapshot.position if name not in snapshot.effort]
@@ -85,7 +85,7 @@ def table(
 
 
 def line(snapshot: Snapshot, progress: Progress, prismatic: Collection[str]) -> str:
-    """The active joints in a line, below it their efforts and the tool.
+    """A line of the active joints, and below it one of their efforts and the tool.
 
     Neither is wider than a terminal.
 
@@ -144,7 +144,7 @@ def _position(name: str, value: float, prismatic: Collection[str]) -> str:
 
 
 def _effort(name: str, snapshot: Snapshot, prismatic: Collection[str]) -> str:
-    # Adding zero: rounded to -0.000, it would be shown with its sign.
+    # Adding zero avoids -0.000.
     value = round(snapshot.effort[name], 3) + 0.0
     unit = "N" if name in prismatic else "N m"
     return f"{value:17.3f} {unit}"

@@ -1,1 +1,1 @@
-"""The process of the node: signals, and what ends it where it hangs."""
+"""The node's process: signals, and a watchdog."""

@@ -1,4 +1,4 @@
-"""A line in the log that needs neither the middleware nor a lock."""
+"""A log line without the middleware or a lock."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ def say(severity: str, text: str) -> None:
     """Write a line of the log to standard error, in the format of ROS.
 
     Args:
-        severity: as ROS names it.
+        severity: name of the severity in ROS.
         text: the line.
     """
     line = f"[{severity}] [{time.time():.9f}] [hybrid_dynamics]: {text}\n"

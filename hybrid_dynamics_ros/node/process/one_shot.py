@@ -1,4 +1,4 @@
-"""Signal handlers that serve once: the same signal ends the process where Python does not run."""
+"""One-shot signal handlers: a second signal ends the process even if Python is blocked."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ _IGNORE: Final = 1  # SIG_IGN
 
 
 class OneShotHandler:
-    """The handler that a signal has, put there for one time after the other.
+    """Installs the handler of a signal for one delivery at a time.
 
-    A handler in Python runs between two steps of the interpreter. While a call outside Python hangs
-    it never does, and the signal would be lost. Used once, it leaves the next signal its default
-    action: the end of the process.
+    A Python handler runs between two steps of the interpreter. While a call outside of Python
+    hangs, it never runs, and the signal would be lost. A one-shot handler leaves the next signal
+    its default action, which ends the process.
     """
 
     def __init__(self, number: int) -> None:
-        """Take the handler that is installed for a signal, and put it there for one time."""
+        """Take the installed handler of a signal, and install it for one delivery."""
         self._number = number
         library = ctypes.CDLL(None)
-        self._install = getattr(library, "sysv_signal", None)  # of glibc alone
+        self._install = getattr(library, "sysv_signal", None)  # glibc only
         if self._install is None:
             return
         self._install.restype = ctypes.c_void_p
@@ -32,6 +32,6 @@ class OneShotHandler:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def arm(self) -> None:
-        """Put the handler there for one time more."""
+        """Install the handler for one more delivery."""
         if self._install is not None:
             self._install(self._number, self._handler)

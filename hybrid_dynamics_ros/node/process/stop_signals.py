@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: the first asks the node to stop, the second ends its process."""
+"""SIGINT and SIGTERM: the first one stops the node, the second one ends its process."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from .last_words import say
 from .one_shot import OneShotHandler
 
 NUMBERS: Final = (signal.SIGINT, signal.SIGTERM)
-_GRACE: Final = 0.5  # [s] that cleaning up has, however quickly the second signal comes
+_GRACE: Final = 0.5  # [s] least time for clean-up before a second signal is effective
 
 
 class StopSignals:
     """The handlers of the process.
 
     Attributes:
-        requested: set once a signal has come.
+        requested: event that is set by the first signal.
     """
 
     def __init__(self) -> None:
         """Install the handlers."""
         self.requested = threading.Event()
-        self._first = 0.0  # when the first came [s]
+        self._first = 0.0  # [s] time of the first signal
         self._one_shots: dict[int, OneShotHandler] = {}
         for number in NUMBERS:
             signal.signal(number, self._on_signal)
@@ -34,7 +34,7 @@ class StopSignals:
     def ignore(self) -> None:
         """Ignore signals from now on.
 
-        Python takes its handlers away before the process is gone.
+        Python removes its handlers before the process ends.
         """
         for number in NUMBERS:
             signal.signal(number, signal.SIG_IGN)
@@ -46,7 +46,7 @@ class StopSignals:
             self._first = now
             self.requested.set()
             return
-        # A terminal and a launch file may both pass on the same Ctrl-C.
+        # A terminal and a launch file may both forward one Ctrl-C.
         timer = threading.Timer(max(0.0, self._first + _GRACE - now), _end)
         timer.daemon = True
         timer.start()

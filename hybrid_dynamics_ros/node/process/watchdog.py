@@ -1,4 +1,4 @@
-"""Ends a process whose loop stands still, so that whoever started it can start it anew."""
+"""A watchdog that ends the process if its loop is blocked, so that it can be restarted."""
 
 from __future__ import annotations
 
@@ -15,50 +15,50 @@ from .last_words import say
 from .one_shot import OneShotHandler
 
 LIMIT: Final = 10.0  # [s] without a beat
-PATIENCE: Final = 600.0  # [s] for work that is known to take long: code for a robot
-# The limit is counted in ticks: a process that was suspended for hours misses one of them.
+PATIENCE: Final = 600.0  # [s] for work that takes long, such as compilation
+# The limit is counted in ticks, since a suspended process misses only one tick.
 _TICKS_PER_LIMIT: Final = 20
-# Where it can run, the thread comes first: it writes the reason in the log.
-_LAG: Final = 2.0  # [s] from the limit to the second alarm
-_REARM_PERIOD: Final = 1.0  # [s] at least between two settings of the alarm, which cost a call each
+# The thread fires first if it can run, since it logs the reason.
+_LAG: Final = 2.0  # [s] between the limit and the second alarm
+_REARM_PERIOD: Final = 1.0  # [s] least time between two settings of the alarm
 
 
 class Watchdog:
-    """Watches the beats of a loop, in two ways.
+    """Watches the beats of a loop, by a thread and by alarms.
 
-    A thread writes the reason and where each thread stands into the log, and ends the process. It
-    cannot run where the loop hangs in a call that holds Python's interpreter. There an alarm of
-    the system writes where each thread stands. A second alarm ends the process.
+    The thread logs the reason and the stacks of all threads, and ends the process. It cannot run if
+    the loop hangs in a call that holds the GIL. Then a system alarm writes the stacks, and a second
+    alarm ends the process.
     """
 
     def __init__(self, limit: float = LIMIT) -> None:
-        """Watch from now on.
+        """Start watching.
 
         Args:
-            limit: time without a beat after which the process ends [s].
+            limit: longest time without a beat [s].
         """
         self._limit = limit
         self._now_allowed = limit
         self._beats = 0
-        self._armed = 0.0  # when the alarm was armed last [s]
+        self._armed = 0.0  # [s] time of the last setting of the alarm
         self._stopped = threading.Event()
         faulthandler.register(signal.SIGALRM, all_threads=True, chain=False)
         self._alarm = OneShotHandler(signal.SIGALRM)
         self._arm()
-        # Named for what it does: where the interpreter is held, this name is the reason in the log.
+        # If the GIL is held, the name of this function is the only reason in the log.
         self._thread = threading.Thread(target=self._end_process_where_loop_stands_still)
         self._thread.daemon = True
         self._thread.start()
 
     def beat(self) -> None:
-        """The loop goes on."""
+        """Register a beat of the loop."""
         self._beats += 1
         if time.monotonic() > self._armed + _REARM_PERIOD:
             self._arm()
 
     @contextmanager
     def patient(self) -> Iterator[None]:
-        """While this lasts the loop may stand still for `PATIENCE`."""
+        """A context in which the loop may be blocked for `PATIENCE`."""
         self._now_allowed = PATIENCE
         self._arm()
         try:
@@ -69,12 +69,12 @@ class Watchdog:
             self._arm()
 
     def stop(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         self._stopped.set()
         _disarm()
 
     def _arm(self) -> None:
-        """Put both alarms off: the handler takes the first, the default action the second."""
+        """Postpone both alarms: the handler serves the first, the default action the second."""
         self._armed = time.monotonic()
         self._alarm.arm()
         period = (self._now_allowed + _LAG) / 2
