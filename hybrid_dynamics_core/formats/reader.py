@@ -32,7 +32,11 @@ from .xml.located_xml import LocatedElement, parse_xml
 
 XmlDocument = Callable[[LocatedElement, Path, FileOptions], Document]
 
-_XML_READERS: dict[str, XmlDocument] = {"sdf": sdf_document, "mujoco": mjcf_document}
+_XML_READERS: dict[str, XmlDocument] = {
+    "sdf": sdf_document,
+    "gazebo": sdf_document,  # before 1.3
+    "mujoco": mjcf_document,
+}
 _ALL_DRIVEN = ["all"]  # until the joints are known
 _FARTHEST = {"link": "farthest"}
 

@@ -94,7 +94,7 @@ _TEXT_PATTERNS: Final = (
         "an SVG picture",
     ),
     (
-        rf"{_XML_HEAD}({_COMMENT})*<(robot|sdf|mujoco)\b",
+        rf"{_XML_HEAD}({_COMMENT})*<(robot|sdf|gazebo|mujoco)\b",
         FileKind.ROBOT,
         "a robot description (XML)",
     ),

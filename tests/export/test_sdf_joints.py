@@ -175,7 +175,7 @@ def test_a_ball_joint_has_three_angles(tmp_path: Path) -> None:
     assert "model.sdf:9: <axis> of joint b is left out: it is of type ball" in (
         robot.description.notes
     )
-    damped = joint.replace("</xyz>", "</xyz><dynamics><damping>1</damping></dynamics>")
+    damped = joint.replace("</xyz>", "</xyz><dynamics><friction>1</friction></dynamics>")
     with pytest.raises(DescriptionError, match="has friction on a ball joint"):
         read(tmp_path, legs(damped))
 

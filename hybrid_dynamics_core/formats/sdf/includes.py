@@ -16,7 +16,7 @@ from ..packages import PackageError, Packages
 from ..xml.located_xml import MAX_ELEMENTS, LocatedElement, read_xml
 from ..xml.reader import XmlReader
 from .nesting import MERGE
-from .versions import CONVERT, read_version, upgrade
+from .versions import CONVERT, ROOTS, read_version, upgrade
 from .vocabulary import INCLUDE, check_model, check_words
 
 _MAX_FILES = 500
@@ -152,7 +152,7 @@ class Includes:
         """The model of a file, converted to version 1.7."""
         root = read_xml(file)
         models = root.all("model")
-        if root.tag != "sdf" or len(models) != 1:
+        if root.tag not in ROOTS or len(models) != 1:
             problem = f"<{root.tag}> with {len(models)} models; expected <sdf> with one <model>"
             raise _OutOfReachError(f"{file} is {problem} ({CONVERT})")
         version = read_version(self.xml, root)

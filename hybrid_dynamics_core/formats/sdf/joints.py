@@ -150,8 +150,7 @@ class JointReader:
             unused.append("axis2")
         if self.type in ("fixed", "ball"):
             unused.append("axis")
-        if self.type != "gearbox":
-            unused.extend(("gearbox_ratio", "gearbox_reference_body"))
+        unused.extend(("gearbox_ratio", "gearbox_reference_body"))
         if self.type != "screw":
             unused.extend(("thread_pitch", "screw_thread_pitch"))
         if self.type == "continuous":
@@ -188,16 +187,20 @@ class JointReader:
 
     def _ball(self) -> list[Freedom]:
         """Hinges about x, y and z of the joint, whose axes meet."""
-        effects = [key for key in self.constraints() if key not in LIMITS]
+        constraints = self.constraints()
+        friction = constraints.pop("friction", {})
+        effects = [key for key in constraints if key not in LIMITS]
+        if friction.get("coulomb"):
+            effects.append("friction")
         if effects:
-            raise self.xml.error(
-                self.element,
-                self.path,
-                f"has {' and '.join(effects)} on a ball joint, which hinges in a row cannot have",
-            )
+            listed = " and ".join(effects)
+            problem = f"has {listed} on a ball joint, which has no axis; expected <damping> alone"
+            raise self.xml.error(self.element, self.path, problem)
+        along = {"friction": friction} if friction else {}
         freedoms: list[Freedom] = []
         for letter, axis in _BALL_AXES.items():
-            freedoms.append(Freedom(f"{self.name}_{letter}", "revolute", frozen(axis)))
+            name = f"{self.name}_{letter}"
+            freedoms.append(Freedom(name, "revolute", frozen(axis), dict(along)))
         self._note_row(freedoms)
         return freedoms
 
@@ -215,9 +218,13 @@ class JointReader:
         if pitch is not None:
             return self.xml.text_number(pitch, self.path, 0.0)
         older = self.element.first("thread_pitch")
+        if older is None:
+            text = f"joint {self.name} has no <screw_thread_pitch>; taken: 1 m a turn"
+            self.xml.note(self.element, text)
+            return 1.0
         value = self.xml.text_number(older, self.path, 0.0)
         if not value:
-            problem = "is a screw without a <screw_thread_pitch>, its way in one turn [m]"
+            problem = "has a <thread_pitch> of 0 turns for a way; expected another number"
             raise self.xml.error(self.element, self.path, problem)
         return -_ONE_TURN / value
 

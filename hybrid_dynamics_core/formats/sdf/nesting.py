@@ -12,6 +12,7 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .poses import SCOPE, WORLD, ModelPoses
 from .versions import MODEL
+from .vocabulary import WELD
 
 MERGE = "merge"  # attribute of a model whose elements are merged into the model around it
 _PLACEMENT = "__placement__"
@@ -63,6 +64,8 @@ def _opened(xml: XmlReader, model: LocatedElement) -> list[LocatedElement]:
     for element in inner.children:
         if element.tag in _NAMED:
             elements.append(renaming.named(element))
+        elif element.tag == WELD:
+            elements.append(renaming.renamed(element))
         elif ":" in element.tag:
             elements.append(element)
     return elements

@@ -2,7 +2,7 @@
 
 Joints form a spanning tree from the base, in either direction; the others close loops. All
 coordinates are zero in the drawn configuration. So both ends of a loop joint are known there.
-http://sdformat.org/spec, versions 1.3 to 1.12.
+http://sdformat.org/spec, versions 1.2 to 1.12.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from ..extras_reader import TAG, read_extras
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .base import find_base
+from .gearboxes import GEARBOX, GearboxReader
 from .gravity import gravity_entry
 from .joints import Freedom, JointReader
 from .poses import WORLD, ModelPoses, pose_entry
@@ -24,6 +25,7 @@ from .selection import Selection
 from .spanning_tree import spanning_tree
 from .versions import read_version
 from .visuals import VisualReader
+from .vocabulary import WELD
 
 _DEFAULT_INERTIA = {
     "xx": 1.0,
@@ -104,17 +106,7 @@ class _SdfReader:
         for link in self.model.all("link"):
             self.add_link(link)
         self.visuals.words.add_notes()
-        elements = self.model.all("joint")
-        joints = [JointReader(self.xml, self.poses, element) for element in elements]
-        base = find_base(self.xml, self.poses, joints)
-        data["base"] = base.link
-        directions = spanning_tree(base.joints, [base.link, *base.on_it])
-        for joint in base.joints:
-            joint.note_unused()
-            if joint.name in directions:
-                self.add_joint(joint, directions[joint.name])
-            else:
-                self.add_closure(joint)
+        self.add_joints()
         data["gravity"] = gravity_entry(self.xml, self.poses, self.model, self.world)
         for frame in self.model.all("frame"):
             if not frame.get("name").endswith("__"):  # frames of nested models
@@ -122,11 +114,36 @@ class _SdfReader:
         data["active"] = driven_joints(self.document)
         data["active_set"] = "motors"
 
+    def add_joints(self) -> None:
+        """Add the joints of the tree, closures in place of all others, and what ties joints."""
+        joints: list[JointReader] = []
+        gearboxes: list[JointReader] = []
+        for element in self.model.all("joint"):
+            joint = JointReader(self.xml, self.poses, element)
+            group = gearboxes if joint.type == GEARBOX else joints
+            group.append(joint)
+        base = find_base(self.xml, self.poses, joints)
+        self.document.data["base"] = base.link
+        directions = spanning_tree(base.joints, [base.link, *base.on_it])
+        for joint in base.joints:
+            joint.note_unused()
+            if joint.name in directions:
+                self.add_joint(joint, directions[joint.name])
+            else:
+                self.add_closure(joint)
+        for element in self.model.all(WELD):
+            self.add_weld(element)
+        gears = GearboxReader(self.xml, self.poses, joints)
+        for gearbox in gearboxes:
+            gears.add(gearbox)
+
     # -- links
 
     def add_link(self, element: LocatedElement) -> None:
         name = self.xml.name(element, "links")
         path = ("links", name)
+        if name == WORLD:
+            raise self.xml.error(element, path, "is a name that SDFormat reserves; rename the link")
         inertial = element.first("inertial")
         if inertial is None:
             inertia = {"xx": 1.0, "yy": 1.0, "zz": 1.0}
@@ -176,11 +193,6 @@ class _SdfReader:
             entry = {"type": "fixed", "parent": start, "child": end, "origin": origin}
             self.xml.add(("joints", joint.name), entry, joint.element)
         self.add_row(joint, freedoms, (start, end), origin)
-        several = _SEVERAL.get(joint.type)
-        if several == [freedom.type for freedom in freedoms]:
-            kind = _KINDS.get(joint.type, joint.type)
-            names = [freedom.name for freedom in freedoms]
-            self.document.section("multi_dof")[joint.name] = {"type": kind, "joints": names}
         link_pose = pose.inverse() @ self.poses.link(end)
         if not link_pose.is_identity():
             frames = self.document.section("frames")
@@ -214,6 +226,11 @@ class _SdfReader:
             self.xml.add(("joints", freedom.name), entry, joint.element)
             start = link
             origin = pose_entry(Transform())
+        several = _SEVERAL.get(joint.type)
+        if several == [freedom.type for freedom in freedoms]:
+            kind = _KINDS.get(joint.type, joint.type)
+            names = [freedom.name for freedom in freedoms]
+            self.document.section("multi_dof")[joint.name] = {"type": kind, "joints": names}
 
     def add_closure(self, joint: JointReader) -> None:
         """Add a loop joint as a closure, from the drawn configuration."""
@@ -223,6 +240,10 @@ class _SdfReader:
             raise self.xml.error_at(joint.element, "has both ends on one link")
         at_child = self.poses.in_link(child, pose)
         kind = joint.closure_kind()
+        if kind and self.carrier(parent) == self.carrier(child):
+            text = f"joint {joint.name} is left out: nothing moves between its ends"
+            self.xml.note(joint.element, text)
+            return
         if not kind:
             parent, at_parent = self.add_end(joint, parent)
             self.tie(joint, "frame", {parent: at_parent, child: at_child})
@@ -235,6 +256,34 @@ class _SdfReader:
             turn = Transform(rotation_from_rpy(*rpy_to_axis(axis)))
         at_parent = self.poses.in_link(parent, pose)
         self.tie(joint, kind, {parent: at_parent @ turn, child: at_child @ turn})
+
+    def carrier(self, link: str) -> str:
+        """The link to which fixed joints lead from another one."""
+        carriers: dict[str, str] = {}
+        for joint in self.document.section("joints").values():
+            if joint["type"] == "fixed":
+                carriers[joint["child"]] = joint["parent"]
+        while link in carriers:
+            link = carriers[link]
+        return link
+
+    def add_weld(self, element: LocatedElement) -> None:
+        """Add Drake's weld of two frames as a closure; they may be apart as drawn."""
+        between: Data = {}
+        for tag in ("parent", "child"):
+            end = element.first(tag)
+            if end is None or not end.text.strip():
+                raise self.xml.error(element, (WELD,), f"has no <{tag}>")
+            name = end.text.strip()
+            link = self.end_of(self.poses.link_of(name, element))
+            frame = self.poses.resolve(name, element)
+            between[link] = pose_entry(self.poses.in_link(link, frame))
+        if len(between) == 1:
+            raise self.xml.error(element, (WELD,), "has both ends on one link")
+        closures = self.document.section("closures")
+        entry = {"kind": "frame", "between": between}
+        name = element.get("name") or f"weld{len(closures) + 1}"
+        self.xml.add(("closures", name), entry, element)
 
     def add_end(self, joint: JointReader, parent: str) -> tuple[str, Transform]:
         """Add a massless link for a loop joint that no closure can replace.

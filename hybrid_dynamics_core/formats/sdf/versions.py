@@ -15,8 +15,9 @@ Version = tuple[int, int]
 
 MODEL = "__model__"  # name of the model frame in a model
 NAMED_FRAMES: Version = (1, 7)  # since then a pose or an axis can name its frame
+ROOTS = ("sdf", "gazebo")  # the second one before 1.3
 _JOINT_AXES: Version = (1, 5)  # since then an axis is in the joint frame
-_OLDEST: Version = (1, 3)
+_OLDEST: Version = (1, 2)
 CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
 _YES = ("true", "1")
 _AXES = ("axis", "axis2")
@@ -27,12 +28,12 @@ def read_version(xml: XmlReader, root: LocatedElement) -> Version:
     """The version of a file, which decides the frame of its axes.
 
     Raises:
-        DescriptionError: the version is older than 1.3, or invalid.
+        DescriptionError: the version is older than 1.2, or invalid.
     """
     version = root.get("version")
     match = re.fullmatch(r"\s*(\d+)\.(\d+)(\.\d+)?\s*", version)
     if match is None or (int(match[1]), int(match[2])) < _OLDEST:
-        problem = f"is '{version}'; expected 1.3 or later; {CONVERT}"
+        problem = f"is '{version}'; expected 1.2 or later; {CONVERT}"
         raise xml.error(root, ("version",), problem)
     return int(match[1]), int(match[2])
 

@@ -1,4 +1,4 @@
-"""The vocabulary of SDFormat 1.3 to 1.12: words that are read, or left out with a note.
+"""The vocabulary of SDFormat 1.2 to 1.12: words that are read, or left out with a note.
 
 http://sdformat.org/spec. Collisions, sensors, plugins and engine settings are left out: they change
 no mass, pose or axis.
@@ -18,11 +18,12 @@ from .versions import CONVERT, NAMED_FRAMES, Version
 _ADVICE = f"; it may change the robot, so it is not passed over: take it out ({CONVERT})"
 _OMITTED = (
     "collision sensor projector audio_sink audio_source battery light particle_emitter"
-    " plugin self_collide contact enable_wind"
+    " plugin self_collide contact enable_wind velocity_decay static"
 )
 _ADDED_MASS = {"".join(pair): "0" for pair in combinations_with_replacement("xyzpqr", 2)}
 _ROTATION = "rotation_format degrees"
 _NAMED = ("link", "joint", "frame", "model")
+WELD = "drake:weld_constraint"
 _FORCES_OF_DRAKE = re.compile("drake:.*(constraint|bushing|acceleration)")
 
 _WORLD = vocabulary(
@@ -33,9 +34,11 @@ _WORLD = vocabulary(
 )
 INCLUDE = vocabulary("merge", "uri name pose placement_frame static", "plugin")
 _AXIS = vocabulary(
-    "", "xyz limit dynamics mimic", "initial_position", use_parent_model_frame="false"
+    "", "xyz limit dynamics mimic", "initial_position pose", use_parent_model_frame="false"
 )
-_OLDER_AXIS = vocabulary("", "xyz limit dynamics mimic use_parent_model_frame", "initial_position")
+_OLDER_AXIS = vocabulary(
+    "", "xyz limit dynamics mimic use_parent_model_frame", "initial_position pose"
+)
 _MODEL: dict[str, Vocabulary] = {
     "model": vocabulary(
         "name canonical_link placement_frame",
@@ -45,12 +48,11 @@ _MODEL: dict[str, Vocabulary] = {
     ),
     "link": vocabulary(
         "name",
-        "pose inertial velocity_decay gravity visual",
+        "pose inertial gravity visual",
         _OMITTED,
         kinematic="false",
         must_be_base_link="false",
     ),
-    "velocity_decay": vocabulary(linear="0", angular="0"),
     "inertial": vocabulary(
         "", "mass pose inertia fluid_added_mass", "density auto_inertia_params", auto="false"
     ),
@@ -126,6 +128,6 @@ def _check(xml: XmlReader, table: dict[str, Vocabulary], element: LocatedElement
 def _refuse_forces(xml: XmlReader, element: LocatedElement) -> None:
     """Refuse Drake's constraints and force elements; other foreign elements have no effect."""
     for child in element.children:
-        if _FORCES_OF_DRAKE.fullmatch(child.tag):
+        if _FORCES_OF_DRAKE.fullmatch(child.tag) and child.tag != WELD:
             problem = f"<{child.tag}> is not covered{_ADVICE}"
             raise xml.error(child, (child.tag,), problem)
