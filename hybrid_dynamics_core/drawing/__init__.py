@@ -37,6 +37,7 @@ def draw(
     *,
     names: Names = "active",
     title: str | None = None,
+    skeleton: bool = False,
 ) -> Figure:
     """Draw a robot: a side view if it moves in one plane, otherwise an oblique view.
 
@@ -46,6 +47,7 @@ def draw(
         path: where to write the figure, as .svg, .png or .pdf.
         names: names to show: none, of active joints, of all joints, or of links too.
         title: of the figure; None: the robot's name.
+        skeleton: draw bars and plates between joints in place of the robot's visuals.
 
     Returns:
         The figure.
@@ -58,7 +60,7 @@ def draw(
     robot = robot_of(robot)
     from .figure import robot_figure  # noqa: PLC0415  needs Matplotlib
 
-    figure = robot_figure(robot, state, checked_names(names), title)
+    figure = robot_figure(robot, state, checked_names(names), title, skeleton)
     _write(figure, path)
     return figure
 
@@ -69,6 +71,7 @@ def draw_on(
     state: ClosedState | None = None,
     *,
     names: Names = "active",
+    skeleton: bool = False,
 ) -> None:
     """Draw a robot on axes, without title and key.
 
@@ -77,6 +80,7 @@ def draw_on(
         robot: to be drawn, or its description.
         state: one closed state; None: the reference configuration.
         names: which are shown.
+        skeleton: draw bars and plates between joints in place of the robot's visuals.
 
     Raises:
         InputError: for a batch of states.
@@ -84,9 +88,16 @@ def draw_on(
     """
     _need_matplotlib()
     robot = robot_of(robot)
-    from .paint.picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
+    from .paint.picture import (  # noqa: PLC0415
+        limits_of,
+        make_scene,
+        paint_scene,
+        with_visuals,
+    )
 
     scene = make_scene(robot, state)
+    if not skeleton:
+        scene = with_visuals(scene, robot, state)
     paint_scene(axes, scene, checked_names(names), limits_of(scene))
 
 

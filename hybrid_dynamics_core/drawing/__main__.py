@@ -27,13 +27,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--modes", action="store_true", help="all assembly modes of the reference, side by side"
     )
+    parser.add_argument(
+        "--skeleton",
+        action="store_true",
+        help="bars and plates between joints in place of the robot's visuals",
+    )
     options = parser.parse_args(arguments)
     try:
         robot = load(options.robot)
         if options.modes:
             draw_modes(robot, path=options.out, names=options.names or "none")
         else:
-            draw(robot, path=options.out, names=options.names or "active")
+            names = options.names or "active"
+            draw(robot, path=options.out, names=names, skeleton=options.skeleton)
     except (HybridDynamicsError, OSError) as error:
         parser.exit(1, f"{error}\n")
 

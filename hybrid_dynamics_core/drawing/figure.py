@@ -18,7 +18,7 @@ from ..scene.style import STYLE
 from .options import Names
 from .paint.layout import axes_at, framed
 from .paint.legend import subtitle
-from .paint.picture import limits_of, make_scene, paint_scene
+from .paint.picture import limits_of, make_scene, paint_scene, with_visuals
 
 _WIDTH: Final = 7.2  # [in]
 _HEIGHTS: Final = (1.8, 6.0)  # [in] least and greatest, of the axes
@@ -39,6 +39,7 @@ def robot_figure(
     state: ClosedState | None,
     names: Names,
     title: str | None,
+    skeleton: bool = False,
 ) -> Figure:
     """A robot in a closed state.
 
@@ -47,12 +48,15 @@ def robot_figure(
         state: one closed state; None: the reference configuration.
         names: which are shown.
         title: of the figure; None: the robot's name.
+        skeleton: whether visuals are left out.
 
     Returns:
         The figure.
     """
     with mpl.rc_context(STYLE):
         scene = make_scene(robot, state)
+        if not skeleton:
+            scene = with_visuals(scene, robot, state)
         limits = limits_of(scene)
         left, right, below = _PLANAR if scene.projection.planar else _SPATIAL
         across, up = np.ptp(limits, axis=0)

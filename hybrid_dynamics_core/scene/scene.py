@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.path import Path
@@ -17,8 +17,9 @@ from .marks import base_marks, joints_on_rails, link_colours, solid_marks
 from .parts import Part
 from .points import distinct
 from .projection import Projection
-from .skeleton import PlacedJoint, Skeleton
+from .skeleton import PlacedJoint, Pose, Skeleton
 from .symbols import LineMark, triad
+from .visuals.surfaces import Surface, Surfaces, is_covered
 
 _JOINT_RADIUS = 0.0125  # radius of a joint, as a share of the picture's size
 _UPRIGHT = 1.25  # weight of a picture's height against its width
@@ -40,6 +41,7 @@ class Scene:
         joint_radius: radius of a joint [m].
         ground: places (3,) at which the base of a planar mechanism is fixed [m].
         reference: the scene of the reference configuration, unless this is it.
+        surfaces: visuals of links in base axes, in place of the bodies of these links.
     """
 
     skeleton: Skeleton
@@ -51,11 +53,25 @@ class Scene:
     joint_radius: float
     ground: tuple[Array, ...]
     reference: Scene | None = None
+    surfaces: tuple[Surface, ...] = ()
 
     @property
     def standing(self) -> Scene:
         """The scene that defines ground and floor, the same in all pictures of a robot."""
         return self.reference or self
+
+    def with_surfaces(self, surfaces: Surfaces, poses: Mapping[str, Pose]) -> Scene:
+        """The scene with surfaces in place of the bodies of their links.
+
+        Args:
+            surfaces: of the robot.
+            poses: of the links in the configuration of the scene.
+        """
+        links = surfaces.links
+        parts = tuple(part for part in self.parts if not is_covered(part, links))
+        ground = () if self.skeleton.base in links else self.ground
+        placed = tuple(surface.placed(poses) for surface in surfaces.surfaces)
+        return replace(self, parts=parts, ground=ground, surfaces=placed)
 
 
 def build_scene(

@@ -12,6 +12,7 @@ from ...scene.parts import Part, convex_hull
 from ...scene.scene import Scene
 from ...scene.style import GRID, QUIET
 from ...scene.symbols import LineMark, triad
+from ...scene.visuals.surfaces import outline
 
 _FLOOR = "#f7f8fa"
 _SHADE = "#e2e7ec"
@@ -48,7 +49,9 @@ def floor_corners(scene: Scene) -> Array:
 
 def _has_base(scene: Scene) -> bool:
     """Whether the base has a body."""
-    return any(part.role == "base" for part in scene.parts)
+    base = scene.skeleton.base
+    has_surface = any(surface.link == base for surface in scene.surfaces)
+    return has_surface or any(part.role == "base" for part in scene.parts)
 
 
 def base_axes(scene: Scene) -> list[LineMark]:
@@ -86,6 +89,11 @@ def draw_floor(axes: Axes, scene: Scene) -> None:
                     zorder=1.1,
                 )
             )
+    for surface in scene.surfaces:
+        fallen = surface.vertices * (1.0, 1.0, 0.0) + (0.0, 0.0, level)
+        corners_of_shadow = outline(project(fallen))
+        patch = Polygon(corners_of_shadow, facecolor=_SHADE, edgecolor="none", zorder=1.1)
+        axes.add_patch(patch)
     lines = [project(ends) for ends in _grid(corners, tile_side(scene))]
     axes.add_collection(
         LineCollection(
@@ -125,7 +133,9 @@ def _shadow(scene: Scene, part: Part, level: float) -> Array:
 
 
 def _points(scene: Scene) -> Array:
-    return np.vstack([scene.skeleton.points, *(part.points for part in scene.parts)])
+    points = [scene.skeleton.points, *(part.points for part in scene.parts)]
+    points += [surface.box() for surface in scene.surfaces]
+    return np.vstack(points)
 
 
 def _disc(scene: Scene, radius: float) -> Array:

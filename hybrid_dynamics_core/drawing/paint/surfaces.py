@@ -1,0 +1,265 @@
+"""Surfaces as an image: what is nearest to the viewer, pixel by pixel, with outlines.
+
+Triangles are sampled more finely than pixels, and every pixel keeps its nearest sample. So nothing
+depends on an order of triangles, which may pass through each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+
+from ...ground.arrays import Array
+from ...scene.projection import Projection
+from ...scene.style import INK
+from ...scene.visuals.primitives import Faces
+from ...scene.visuals.surfaces import Surface
+
+_DENSITY: Final = 360.0  # samples to the inch; two by two make a pixel
+_MAX_SIDE: Final = 4000  # samples along a side of the image
+_STEP: Final = 0.7  # of a sample, between points of a triangle: every sample meets one
+_CHUNK: Final = 2_000_000  # points at a time
+_AMBIENT: Final = 0.6  # brightness of what the light does not reach
+_LIGHT: Final = (-0.45, 0.75, 1.0)  # direction of the light: right, up, toward the viewer
+_CREASE: Final = 0.8  # cosine between normals below which an edge is drawn
+_DEPTH_STEP: Final = 0.02  # of the size of the image, between surfaces with an outline
+_EDGE: Final = 0.55  # share of ink in an outline
+
+
+Window = tuple[slice, ...]
+Places = tuple[NDArray[np.intp], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """A picture of surfaces.
+
+    Attributes:
+        pixels: (h, w, 4) red, green, blue, opacity; the first row is at the bottom.
+        corners: (2, 2) [[left, bottom], [right, top]] in the picture [m].
+    """
+
+    pixels: Array
+    corners: Array
+
+
+def add_surfaces(
+    axes: Axes, surfaces: Sequence[Surface], projection: Projection, scale: float
+) -> None:
+    """Paint surfaces below all parts and names.
+
+    Args:
+        axes: to be painted on.
+        surfaces: in base axes.
+        projection: of the picture.
+        scale: [m] of the picture to the inch.
+    """
+    image = image_of(surfaces, projection, scale)
+    (left, bottom), (right, top) = image.corners
+    artist = AxesImage(
+        axes,
+        interpolation="antialiased",
+        origin="lower",
+        extent=(left, right, bottom, top),
+        zorder=1.9,
+        clip_on=False,
+    )
+    artist.set_data(image.pixels)
+    artist.set_gid("visuals")
+    axes.add_image(artist)
+
+
+def image_of(surfaces: Sequence[Surface], projection: Projection, scale: float) -> Image:
+    """The picture of surfaces.
+
+    Args:
+        surfaces: in base axes.
+        projection: of the picture.
+        scale: [m] of the picture to the inch.
+    """
+    points = np.vstack([surface.vertices for surface in surfaces])
+    flat = projection.project(points)
+    low = flat.min(axis=0)
+    extent = np.maximum(np.ptp(flat, axis=0), 1e-9)
+    sample = max(scale / _DENSITY, float(extent.max()) / _MAX_SIDE)
+    width, height = (int(side) + 4 for side in np.ceil(extent / sample))
+    width += width % 2
+    height += height % 2
+    corner = low - 2.0 * sample
+    canvas = _Canvas(width, height, sample * max(width, height))
+    for surface in surfaces:
+        places = (projection.project(surface.vertices) - corner) / sample
+        depths = projection.depth(surface.vertices)
+        canvas.add(surface, np.column_stack([places, depths]), _directions(projection))
+    corners = np.array([corner, corner + sample * np.array([width, height])])
+    return Image(canvas.pixels(), corners)
+
+
+def _directions(projection: Projection) -> Array:
+    """(3, 3) rows: right, up, and toward the viewer."""
+    return np.stack([projection.right, projection.up, projection.toward])
+
+
+class _Canvas:
+    """Nearest samples, with the triangle of each."""
+
+    def __init__(self, width: int, height: int, size: float) -> None:
+        self.shape = (height, width)
+        self.size = size
+        self.depths = np.full(width * height, -np.inf)
+        self.triangles = np.full(width * height, -1)
+        self.colours: list[Array] = [np.zeros((0, 4))]  # of triangles
+        self.normals: list[Array] = [np.zeros((0, 3))]
+        self.owners: list[Array] = [np.zeros(0, int)]
+        self.count = 0
+
+    def add(self, surface: Surface, vertices: Array, directions: Array) -> None:
+        """Add a surface.
+
+        Args:
+            surface: in base axes.
+            vertices: (k, 3) its vertices: right and up in samples, and the depth [m].
+            directions: (3, 3) of the picture.
+        """
+        if not len(surface.faces):
+            return
+        a, b, c = (surface.vertices[corner] for corner in surface.faces.T)
+        normals = np.cross(b - a, c - a)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = normals / np.maximum(lengths, 1e-300) @ directions.T
+        normals *= np.where(normals[:, 2:] < 0.0, -1.0, 1.0)  # both sides are lit
+        self.normals.append(normals)
+        self.colours.append(_lit(surface, normals))
+        self.owners.append(np.full(len(normals), len(self.owners)))
+        for numbers, points in _samples(vertices, surface.faces):
+            self._keep_nearest(points, numbers + self.count)
+        self.count += len(normals)
+
+    def _keep_nearest(self, points: Array, triangles: Faces) -> None:
+        height, width = self.shape
+        columns = np.clip(points[:, 0].astype(int), 0, width - 1)
+        rows = np.clip(points[:, 1].astype(int), 0, height - 1)
+        places = rows * width + columns
+        nearer = points[:, 2] > self.depths[places]
+        places, depths, triangles = places[nearer], points[nearer, 2], triangles[nearer]
+        order = np.argsort(depths, kind="stable")  # of several at one place the last one stays
+        self.depths[places[order]] = depths[order]
+        self.triangles[places[order]] = triangles[order]
+
+    def pixels(self) -> Array:
+        """(h, w, 4) the picture, with outlines; two by two samples are one pixel."""
+        triangles = self.triangles.reshape(self.shape)
+        painted = triangles >= 0
+        colours = np.vstack([*self.colours, np.zeros((1, 4))])  # the last one is nothing
+        samples = colours.astype(np.float32)[triangles]
+        edges = self._edges(triangles) & painted
+        ink = np.array([*bytes.fromhex(INK.removeprefix("#"))]) / 255.0
+        samples[edges, :3] += _EDGE * (ink - samples[edges, :3])
+        samples[edges, 3] = 1.0
+        height, width = self.shape
+        blocks = samples.reshape(height // 2, 2, width // 2, 2, 4)
+        opacity = blocks[..., 3:].sum(axis=(1, 3))
+        weighted = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3))
+        colour = weighted / np.maximum(opacity, 1e-9)
+        pixels = np.concatenate([colour, opacity / 4.0], axis=2)
+        return np.asarray(np.round(255.0 * pixels).astype(np.uint8))
+
+    def _edges(self, triangles: Faces) -> NDArray[np.bool_]:
+        """(h, w) whether a sample is at an outline or a crease."""
+        edges = np.zeros(self.shape, bool)
+        for axis in (0, 1):
+            one = [slice(None), slice(None)]
+            other = [slice(None), slice(None)]
+            one[axis], other[axis] = slice(None, -1), slice(1, None)
+            first, second = tuple(one), tuple(other)
+            places = np.nonzero(triangles[first] != triangles[second])
+            parted = self._part(triangles, first, second, places)
+            edge = tuple(place[parted] for place in places)
+            edges[first][edge] = True
+            edges[second][edge] = True
+        return edges
+
+    def _part(self, triangles: Faces, first: Window, second: Window, places: Places) -> Array:
+        """(n,) whether there is an edge between samples of two triangles.
+
+        Args:
+            triangles: (h, w) of the samples.
+            first: window of the samples.
+            second: window in which their neighbours have the same places.
+            places: (n,) rows and columns of samples in the windows.
+        """
+        one, other = triangles[first][places], triangles[second][places]
+        owners = np.concatenate([*self.owners, [0]])
+        normals = np.vstack([*self.normals, np.zeros((1, 3))])
+        depths = self.depths.reshape(self.shape)
+        facing = (normals[one] * normals[other]).sum(axis=1)
+        with np.errstate(invalid="ignore"):  # next to nothing depths are infinite
+            apart = np.abs(depths[first][places] - depths[second][places])
+        is_step = apart > _DEPTH_STEP * self.size
+        return np.asarray((owners[one] != owners[other]) | (facing < _CREASE) | is_step)
+
+
+def _lit(surface: Surface, normals: Array) -> Array:
+    """(m, 4) colours of triangles by the light that reaches them.
+
+    Args:
+        surface: whose colour they have.
+        normals: (m, 3) right, up, toward the viewer.
+    """
+    light = np.array(_LIGHT) / np.linalg.norm(_LIGHT)
+    brightness = _AMBIENT + (1.0 - _AMBIENT) * np.maximum(normals @ light, 0.0)
+    colours = np.empty((len(normals), 4))
+    colours[:, :3] = brightness[:, None] * np.array(surface.colour[:3])
+    colours[:, 3] = surface.colour[3]
+    return colours
+
+
+def _samples(vertices: Array, faces: Faces) -> Iterator[tuple[Faces, Array]]:
+    """Points of triangles, closer together than samples of the image.
+
+    Args:
+        vertices: (k, 3), the first two coordinates in samples.
+        faces: (m, 3) of the triangles.
+
+    Yields:
+        Numbers (n,) of triangles, and points (n, 3) of them.
+    """
+    corners = _longest_first(vertices[faces])
+    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
+    base = second[:, :2] - first[:, :2]
+    length = np.linalg.norm(base, axis=1)
+    side = third[:, :2] - first[:, :2]
+    area = np.abs(base[:, 0] * side[:, 1] - base[:, 1] * side[:, 0])
+    height = area / np.maximum(length, 1e-12)
+    columns = _round_counts(length / _STEP)
+    rows = _round_counts(height / _STEP)
+    for kind in np.unique(np.stack([columns, rows], axis=1), axis=0):
+        alike = np.flatnonzero((columns == kind[0]) & (rows == kind[1]))
+        across, along = np.meshgrid(np.linspace(0, 1, kind[0] + 1), np.linspace(0, 1, kind[1] + 1))
+        weights = np.stack([(1 - along) * (1 - across), (1 - along) * across, along], axis=2)
+        weights = weights.reshape(-1, 3)
+        step = max(1, _CHUNK // len(weights))
+        for k in range(0, len(alike), step):
+            some = alike[k : k + step]
+            points = weights @ corners[some]
+            yield np.repeat(some, len(weights)), points.reshape(-1, 3)
+
+
+def _longest_first(corners: Array) -> Array:
+    """(m, 3, 3) triangles, turned so that the first side is the longest in the picture."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    longest = np.argmax(np.linalg.norm(sides[:, :, :2], axis=2), axis=1)
+    order = (longest[:, None] + np.arange(3)) % 3
+    return np.asarray(np.take_along_axis(corners, order[:, :, None], axis=1))
+
+
+def _round_counts(numbers: Array) -> Faces:
+    """Whole numbers that are not smaller, and of which there are few: four to a power of two."""
+    powers = np.ceil(4.0 * np.log2(np.maximum(numbers, 1.0))) / 4.0
+    return np.asarray(np.ceil(2.0**powers).astype(int))

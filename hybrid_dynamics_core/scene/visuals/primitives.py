@@ -1,0 +1,88 @@
+"""Primitive shapes as triangles, counterclockwise seen from outside.
+
+Sharp edges have vertices of their own on either side, so that smooth shading keeps them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...ground.arrays import Array
+
+Faces = NDArray[np.int64]
+Triangles = tuple[Array, Faces]  # vertices (k, 3), and their indices by triangle (m, 3)
+_AROUND: Final = 48  # corners of a circle
+_RINGS: Final = 12  # between the equator and a pole
+
+
+def triangles_of(shape: str, size: Sequence[float]) -> Triangles:
+    """The surface of a primitive shape, its middle at the origin.
+
+    Args:
+        shape: box, cylinder, sphere, capsule or ellipsoid.
+        size: its sizes, as in `Visual` [m].
+    """
+    if shape == "box":
+        return _box(0.5 * np.array(size))
+    if shape == "cylinder":
+        radius, length = size
+        half = 0.5 * length
+        rims = np.array([[radius, -half], [radius, half]])
+        side = _revolved(rims)
+        bottom = _revolved(np.array([[0.0, -half], [radius, -half]]))
+        top = _revolved(np.array([[radius, half], [0.0, half]]))
+        return _joined([side, bottom, top])
+    if shape == "capsule":
+        radius, length = size
+        return _ball(radius, 0.5 * length)
+    vertices, faces = _ball(1.0, 0.0)
+    return vertices * np.array(size), faces
+
+
+def _box(half: Array) -> Triangles:
+    sides: list[Triangles] = []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            u, v = np.eye(3)[[(axis + 1) % 3, (axis + 2) % 3]] * sign
+            middle = sign * np.eye(3)[axis]
+            v = v * sign  # so that u, v and the outward normal are right-handed
+            corners = [middle - u - v, middle + u - v, middle + u + v, middle - u + v]
+            faces = np.array([[0, 1, 2], [0, 2, 3]])
+            sides.append((np.array(corners) * half, faces))
+    return _joined(sides)
+
+
+def _ball(radius: float, half: float) -> Triangles:
+    """A sphere, its halves moved apart along z by `half` each."""
+    angles = np.linspace(-0.5 * np.pi, 0.0, _RINGS + 1)
+    lower = np.stack([radius * np.cos(angles), radius * np.sin(angles) - half], axis=1)
+    upper = lower[::-1] * (1.0, -1.0)
+    return _revolved(np.vstack([lower, upper]))
+
+
+def _revolved(profile: Array) -> Triangles:
+    """A surface turned about z from (radius, height) of its corners (n, 2), from bottom to top."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
+    radii, heights = profile.T
+    x = np.outer(radii, np.cos(angles))
+    y = np.outer(radii, np.sin(angles))
+    z = np.repeat(heights[:, None], _AROUND, axis=1)
+    vertices = np.stack([x, y, z], axis=2).reshape(-1, 3)
+    here = np.arange(len(vertices) - _AROUND)
+    after = here - here % _AROUND + (here + 1) % _AROUND
+    lower = np.stack([here, after, after + _AROUND], axis=1)
+    upper = np.stack([here, after + _AROUND, here + _AROUND], axis=1)
+    return vertices, np.vstack([lower, upper])
+
+
+def _joined(parts: Sequence[Triangles]) -> Triangles:
+    faces: list[Faces] = []
+    start = 0
+    for vertices, indices in parts:
+        faces.append(indices + start)
+        start += len(vertices)
+    return np.vstack([vertices for vertices, _ in parts]), np.vstack(faces)
