@@ -70,6 +70,11 @@ not be read.
     show_default=True,
     help="Port to listen at; 0 for any free.",
 )
+@click.option(
+    "--skeleton",
+    is_flag=True,
+    help="Show bars and plates between joints at first, in place of the robot's visuals.",
+)
 @click.option("--browser/--no-browser", default=True, help="Open the page in the browser.")
 @click.pass_context
 def command(
@@ -80,6 +85,7 @@ def command(
     topic: str | None,
     host: str,
     port: int,
+    skeleton: bool,
     browser: bool,
 ) -> None:
     """Show the robot in the browser, until Ctrl-C."""
@@ -96,7 +102,7 @@ def command(
     losses: list[str] = []
     try:
         machine, motion, losses = what_to_show(robot, trajectory, bag, topic)
-        with open_viewer(machine, motion, host=host, port=port) as viewer:
+        with open_viewer(machine, motion, host=host, port=port, skeleton=skeleton) as viewer:
             tell_losses(losses)
             click.echo(f"{machine.name}: {viewer.url} (end with Ctrl-C)")
             if browser:

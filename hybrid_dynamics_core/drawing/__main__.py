@@ -38,8 +38,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if options.modes:
             draw_modes(robot, path=options.out, names=options.names or "none")
         else:
-            names = options.names or "active"
-            draw(robot, path=options.out, names=names, skeleton=options.skeleton)
+            draw(
+                robot,
+                path=options.out,
+                names=options.names or "active",
+                skeleton=options.skeleton,
+            )
     except (HybridDynamicsError, OSError) as error:
         parser.exit(1, f"{error}\n")
 

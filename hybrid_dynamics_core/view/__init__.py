@@ -27,6 +27,7 @@ def open_viewer(
     *,
     host: str = "localhost",
     port: int = 8080,
+    skeleton: bool = False,
 ) -> Viewer:
     """Open a viewer at host:port, for use in a `with`; `run` serves it.
 
@@ -35,6 +36,7 @@ def open_viewer(
         motion: motion for playback, from `motion_of` or a recording.
         host: host to listen at.
         port: port to listen at; 0: any free port.
+        skeleton: whether to show bars and plates between joints at first, in place of visuals.
 
     Returns:
         The viewer.
@@ -49,7 +51,7 @@ def open_viewer(
         raise MissingPackageError("viser", "view", "3D views") from error
     from .viewer import Viewer  # noqa: PLC0415  needs viser
 
-    return Viewer(robot_of(robot), motion, host, port)
+    return Viewer(robot_of(robot), motion, host, port, skeleton)
 
 
 def view(
@@ -58,6 +60,7 @@ def view(
     *,
     host: str = "localhost",
     port: int = 8080,
+    skeleton: bool = False,
 ) -> None:
     """Show a robot in the browser until KeyboardInterrupt.
 
@@ -66,6 +69,7 @@ def view(
         motion: motion for playback, from `motion_of` or a recording.
         host: host to listen at.
         port: port to listen at; 0: any free port.
+        skeleton: whether to show bars and plates between joints at first, in place of visuals.
 
     Raises:
         InputError: the port is not available.
@@ -73,7 +77,7 @@ def view(
     """
     import webbrowser  # noqa: PLC0415  slow to import
 
-    with open_viewer(robot, motion, host=host, port=port) as viewer:
+    with open_viewer(robot, motion, host=host, port=port, skeleton=skeleton) as viewer:
         webbrowser.open(viewer.url)
         try:
             viewer.run()

@@ -12,12 +12,14 @@ import viser
 from ..algebra.rotations import quaternion
 from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
-from ..scene.skeleton import PlacedJoint, Pose, Skeleton
+from ..scene.skeleton import PlacedJoint, Pose, Skeleton, place_skeleton
 from ..scene.style import PURPLE, QUIET, RED
+from ..scene.visuals.surfaces import NONE, Surfaces
 from . import meshes
-from .bodies import RobotShape, Span, span_pose
+from .bodies import RobotShape, SolidBody, Span, span_pose
 from .camera import Camera, Floor, camera_for, floor_under
 from .session import DriveEfforts
+from .visuals import Visuals
 
 LONGEST: Final = 0.2  # length of the arrow of a full bar, as a share of the robot's size
 RING: Final = 0.065  # thickness of a ring arrow, as a share of its radius
@@ -59,7 +61,9 @@ class SceneView:
         shape: geometry of the robot.
     """
 
-    def __init__(self, server: viser.ViserServer, shape: RobotShape) -> None:
+    def __init__(
+        self, server: viser.ViserServer, shape: RobotShape, surfaces: Surfaces = NONE
+    ) -> None:
         self.server = server
         self.shape = shape
         self.scene = server.scene
@@ -67,14 +71,18 @@ class SceneView:
         for name in shape.skeleton.links:
             path = node("links", name)
             self.links[name] = self.scene.add_frame(path, show_axes=False)
-        self._add_bodies()
+        self.bodies = self._add_bodies()
         self.spans = []
         for k, span in enumerate(shape.spans):
             self.spans.append((span, self._add_span(k, span)))
+        paths = {name: handle.name for name, handle in self.links.items()}
+        self.visuals = Visuals(self.scene, shape, surfaces, paths)
+        self.show_skeleton(False)
         self._add_names()
         self._add_tip()
-        self.floor = floor_under(shape.points, shape.unit)
-        self.camera = camera_for(shape.skeleton, shape.points)
+        points = np.vstack([shape.points, self.visuals.points(shape.poses(shape.reference))])
+        self.floor = floor_under(points, shape.unit)
+        self.camera = camera_for(shape.skeleton, points)
         self._tiles = self._add_floor(self.floor)
         self._gravity = self._add_gravity()
         self._place_camera()
@@ -92,6 +100,16 @@ class SceneView:
                 handle.wxyz = wxyz(rotation)
             for span, tube in self.spans:
                 _stretch(tube, span, poses)
+
+    def points(self, state: ClosedState) -> Array:
+        """(k, 3) points of the robot and its visuals in a closed state [m]."""
+        skeleton = place_skeleton(self.shape.robot, state)
+        return np.vstack([skeleton.points, self.visuals.points(self.shape.poses(state))])
+
+    def show_skeleton(self, skeleton: bool) -> None:
+        """Show the skeleton in place of the visuals, or the visuals."""
+        with self.server.atomic():
+            self.visuals.show(skeleton, [*self.bodies, *self.spans])
 
     def show_efforts(self, efforts: DriveEfforts) -> None:
         """Update the arrows, along forces or around the axes of torques."""
@@ -136,14 +154,17 @@ class SceneView:
 
     # -- objects
 
-    def _add_bodies(self) -> None:
+    def _add_bodies(self) -> list[tuple[SolidBody, viser.MeshHandle]]:
+        handles: list[tuple[SolidBody, viser.MeshHandle]] = []
         for k, body in enumerate(self.shape.bodies):
-            self.scene.add_mesh_simple(
+            handle = self.scene.add_mesh_simple(
                 node("links", body.link, f"{k} {body.kind} {'+'.join(body.names)} {body.role}"),
                 body.mesh.vertices,
                 body.mesh.faces,
                 color=rgb(body.colour),
             )
+            handles.append((body, handle))
+        return handles
 
     def _add_span(self, k: int, span: Span) -> viser.MeshHandle:
         tube = meshes.tube(span.radius)

@@ -14,16 +14,17 @@ import viser
 
 from ..errors import HybridDynamicsError, InputError
 from ..robot.robot import Robot
-from ..scene.skeleton import place_skeleton
 from ..scene.style import RED
+from ..scene.visuals.surfaces import surfaces_of
 from .bodies import robot_shape
 from .camera_fit import CameraFit
-from .gui_events import Action
+from .gui_events import Action, set_value
 from .motion import Motion
 from .panel import Panel
 from .scene_view import SceneView, rgb
 from .session import ViewSession
 from .state_interpolation import StateInterpolation
+from .visuals import add_switch
 
 FRAME: Final = 1.0 / 60.0  # [s] between frames of a motion
 IDLE: Final = 0.3  # [s] without a request before assembly modes are listed
@@ -39,6 +40,7 @@ class Viewer:
         motion: motion for playback.
         host: host to listen at.
         port: port to listen at; 0: any free port.
+        skeleton: whether the skeleton is shown at first, in place of visuals.
 
     Raises:
         InputError: the port is not available.
@@ -50,6 +52,7 @@ class Viewer:
         motion: Motion | None = None,
         host: str = "localhost",
         port: int = 8080,
+        skeleton: bool = False,
     ) -> None:
         self.port = free_port(host, port)
         self.host = host
@@ -60,13 +63,15 @@ class Viewer:
         self._awake = threading.Condition()
         self._ended = False
         shape = robot_shape(robot, self.session.reference)
+        surfaces = surfaces_of(robot.description)
         with redirect_stdout(StringIO()):  # hides viser's greeting
             self.server = viser.ViserServer(
                 host=host, port=self.port, label=robot.name, verbose=False
             )
         try:
             self._theme()
-            self.scene_view = SceneView(self.server, shape)
+            self.scene_view = SceneView(self.server, shape, surfaces)
+            self._add_switch(skeleton)
             self.camera_fit = CameraFit(self.server, self.scene_view.camera)
             self.interpolation = StateInterpolation(robot, self.session.state)
             self.panel = Panel(self.server, self.session, shape.size, self.ask, self.fit)
@@ -75,6 +80,14 @@ class Viewer:
         except BaseException:  # closes the port in any case
             self.close()
             raise
+
+    def _add_switch(self, skeleton: bool) -> None:
+        """Add the switch between visuals and skeleton, where there are visuals."""
+        show = self.scene_view.show_skeleton
+        self.switch = add_switch(self.server.gui, self.scene_view.visuals, self.ask, show)
+        if self.switch is not None and skeleton:
+            set_value(self.switch, True)
+            show(True)
 
     def _theme(self) -> None:
         self.server.gui.configure_theme(
@@ -147,7 +160,7 @@ class Viewer:
 
     def fit(self, client: viser.ClientHandle | None = None) -> None:
         """Show the robot in a browser, or in every browser whose picture it left."""
-        points = place_skeleton(self.session.robot, self.session.state).points
+        points = self.scene_view.points(self.session.state)
         if client is None:
             self.camera_fit.follow(points)
         else:
