@@ -111,7 +111,7 @@ def test_a_gearbox_without_hinges_is_refused(
     with pytest.raises(DescriptionError, match=r"joints\.g: ") as error:
         read(tmp_path, text)
     assert words in str(error.value)
-    assert error.value.line == 8
+    assert error.value.line == 9
 
 
 # -- damping of ball joints
