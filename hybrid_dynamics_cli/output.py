@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -20,7 +22,7 @@ from .exit_codes import MISUSED
 
 AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for
 ANSWERED = f"{__package__}.answered"  # the same for: stdout holds its one document already
-WIDTH = 80  # letters of a terminal
+WIDTH = 80  # letters of a line, unless a terminal is wider
 GAP = 2  # letters between columns
 ROUNDING = 1e-12  # below it a value of order one is noise
 SAME_POSITION = 1e-9  # [m] positions that differ less are one: loops close to about that
@@ -122,6 +124,13 @@ class _Column:
         return self.texts[k].ljust(self.width)
 
 
+def line_width() -> int:
+    """Letters of a line: those of the terminal that is written to, at least `WIDTH`."""
+    if not sys.stdout.isatty():
+        return WIDTH
+    return max(WIDTH, shutil.get_terminal_size((WIDTH, 0)).columns)
+
+
 def table(
     head: Sequence[str], rows: Sequence[Sequence[object]], break_before: int | None = None
 ) -> str:
@@ -163,11 +172,12 @@ def _block(columns: Sequence[_Column]) -> str:
 
 def _groups(columns: Sequence[_Column], break_before: int | None) -> list[list[_Column]]:
     """Columns in groups that are no wider than a terminal, each with the first column."""
-    if _width(columns) <= WIDTH:
+    most = line_width()
+    if _width(columns) <= most:
         return [list(columns)]
     groups = [[columns[0]]]
     for k, column in enumerate(columns[1:], start=1):
-        is_full = _width([*groups[-1], column]) > WIDTH or k == break_before
+        is_full = _width([*groups[-1], column]) > most or k == break_before
         if is_full and len(groups[-1]) > 1:
             groups.append([columns[0]])
         groups[-1].append(column)
@@ -181,7 +191,7 @@ def _join_lone_text(previous: list[_Column], group: list[_Column]) -> None:
     is_lone = len(group) == 2 and not group[1].is_numeric
     if not is_lone or len(previous) <= 2:
         return
-    if _width([*group, previous[-1]]) <= WIDTH:
+    if _width([*group, previous[-1]]) <= line_width():
         group.insert(1, previous.pop())
 
 

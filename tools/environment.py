@@ -220,18 +220,26 @@ class Build:
         """Wait for the wheel, then install it."""
         self.process.finish(f"{step.title}, {step.expected}")
         wheels = [str(path) for path in Path(self.folder).glob("*.whl")]
-        install(step, ["--no-deps", "--force-reinstall", *wheels], self.venv)
+        arguments = ["--no-deps", "--force-reinstall", *wheels]
+        install(step, arguments, self.venv, "They are built; installing them")
         discard(self.folder)
 
 
-def install(step: Step, arguments: list[str], venv: Path) -> None:
-    """Let pip install, and note in the stamp that it is done."""
+def install(step: Step, arguments: list[str], venv: Path, headline: str = "") -> None:
+    """Let pip install, and note in the stamp that it is done.
+
+    Args:
+        step: what is installed.
+        arguments: of pip.
+        venv: the environment.
+        headline: what is printed first; by default the title of the step.
+    """
     with exclusive(venv):
         if "--force-reinstall" in arguments or not step.is_done(venv):
             process = Process(
                 [*PIP, "install", *PIP_OPTIONS, *arguments], venv / "hybrid_dynamics_setup.log"
             )
-            process.finish(f"{step.title}, {step.expected}")
+            process.finish(headline or f"{step.title}, {step.expected}")
             stamp = {"home": str(venv), **read_stamp(venv), step.title: step.digest()}
             text = json.dumps(stamp, indent=2)
             stamp_file(venv).write_text(text, encoding="utf-8")

@@ -19,11 +19,9 @@ from hybrid_dynamics_ros.bags.analysis.identification_result import (
     IdentificationResult,
 )
 
-from ..output import WIDTH, number, table
+from ..output import GAP, line_width, number, table
 
 MAX_EXCLUDED: Final = 8  # samples in a table
-_ESTIMATE_WIDTH: Final = 12  # letters of the estimate beside a base parameter, where it is narrow
-_TERMS_WIDTH: Final = WIDTH - _ESTIMATE_WIDTH - 2  # letters for the terms of a base parameter
 _DEVIATIONS: Final = (
     "Standard deviations: of the recorded efforts, and of what robot file and estimates leave of"
     " them unexplained."
@@ -36,7 +34,9 @@ _EFFORT_HEAD: Final = (
     "left by estimate",
     "explained",
 )
-_BASE_HEAD: Final = ("estimate", "unit", "95 % from", "to", "physical", "robot file")
+_BASE_HEAD: Final = ("estimate", "+- 95 %", "physical", "robot file", "unit")
+_HALF_DIGITS: Final = 3  # of half an interval
+_ROOMY: Final = 40  # letters beside the numbers from which on terms are cut to fit there
 _EXCLUDED_HEAD: Final[tuple[str, ...]] = ("left out", "joint", "off in", "by", "stamp")
 
 Numbers = Mapping[str, tuple[float, ...]]  # a row of a table by name
@@ -114,7 +114,7 @@ def _verdict(result: IdentificationResult, count: int) -> list[str]:
 
 def _wrap(sentence: str) -> list[str]:
     """A sentence on as many lines as it takes."""
-    return textwrap.wrap(sentence, WIDTH)
+    return textwrap.wrap(sentence, line_width())
 
 
 def _on_held_out(result: IdentificationResult) -> str:
@@ -245,17 +245,29 @@ def _excluded_row(sample: ExcludedSample, types: Mapping[str, str]) -> list[str]
 def _base_table(
     title: str, names: Sequence[str], base: Numbers, types: Mapping[str, str], *, everything: bool
 ) -> str:
-    """A table of base parameters; their terms are wrapped where all are wanted, else cut."""
-    head = [*_BASE_HEAD, f"base parameter, {title}"]
-    blank = [""] * len(_BASE_HEAD)
-    rows: list[list[object]] = []
-    for name in names:
-        lines = _wrapped_terms(name) if everything else [_first_terms(name)]
-        estimate, *others = base[name]
-        unit = parameter_unit(_terms_of(name)[0], types)
-        rows.append([estimate, unit, *others, lines[0]])
-        rows += [[*blank, line] for line in lines[1:]]
-    return table(head, rows)
+    """A table of base parameters: their terms, then their numbers, on the next line if need be.
+
+    Terms are wrapped where all are wanted, else cut.
+    """
+    rows = [_base_row(name, base[name], types) for name in names]
+    head, rule, *numbers = table(_BASE_HEAD, rows).splitlines()
+    room = line_width() - GAP - max(map(len, [head, *numbers]))
+    longest = room if room >= _ROOMY else line_width()
+    texts = [_term_lines(name, longest, everything=everything) for name in names]
+    width = max(len(title), min(room, max(len(lines[-1]) for lines in texts)))
+    gap = " " * GAP
+    result = [f"{title:<{width}}{gap}{head}", f"{'-' * width}{gap}{rule}"]
+    for lines, row in zip(texts, numbers, strict=True):
+        *above, last = lines if len(lines[-1]) <= width else [*lines, ""]
+        result += [*above, f"{last:<{width}}{gap}{row}"]
+    return "\n".join(result)
+
+
+def _base_row(name: str, values: Sequence[float], types: Mapping[str, str]) -> list[object]:
+    """Estimate, half of its interval, physical value and value in the file, and their unit."""
+    estimate, low, high, physical, file = values
+    half = float(f"{0.5 * (high - low):.{_HALF_DIGITS}g}")
+    return [estimate, half, physical, file, parameter_unit(_terms_of(name)[0], types)]
 
 
 def _terms_of(name: str) -> list[str]:
@@ -263,13 +275,15 @@ def _terms_of(name: str) -> list[str]:
     return re.split(r" (?=[+-] )", name)
 
 
-def _first_terms(name: str) -> str:
-    """As many terms as a line has room for, and how many more there are."""
+def _term_lines(name: str, longest: int, *, everything: bool) -> list[str]:
+    """The terms of a base parameter: all of them in lines, or as many as one line has room for."""
+    if everything:
+        return _wrapped_terms(name, longest)
     terms = _terms_of(name)
     count = len(terms)
-    while count > 1 and len(_cut(terms, count)) > _TERMS_WIDTH:
+    while count > 1 and len(_cut(terms, count)) > longest:
         count -= 1
-    return _cut(terms, count)
+    return [_cut(terms, count)]
 
 
 def _cut(terms: Sequence[str], count: int) -> str:
@@ -280,12 +294,12 @@ def _cut(terms: Sequence[str], count: int) -> str:
     return text
 
 
-def _wrapped_terms(name: str) -> list[str]:
+def _wrapped_terms(name: str, longest: int) -> list[str]:
     """All terms, on as many lines as it takes."""
     first, *others = _terms_of(name)
     lines = [first]
     for term in others:
-        if len(lines[-1]) + 1 + len(term) <= _TERMS_WIDTH:
+        if len(lines[-1]) + 1 + len(term) <= longest:
             lines[-1] += f" {term}"
         else:
             lines.append(f"  {term}")

@@ -16,9 +16,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from hybrid_dynamics_cli.bags.identification_text import (
-    _TERMS_WIDTH,
     _determined,
-    _first_terms,
+    _term_lines,
 )
 from hybrid_dynamics_cli.bags.process import pace
 from hybrid_dynamics_core import Robot, load
@@ -286,10 +285,16 @@ def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
     leads = {
         name: re.split(r" (?=[+-] )", name)[0] for name in base
     }  # of two combinations no two begin alike
-    lines = said.split("base parameter, determined")[1].splitlines()[1:]
-    place = lines[0].rindex(" ") + 1  # where the last column begins under its ruler
-    listed = [re.split(r" (?=[+-] |\.\.\. )", line[place:])[0] for line in lines[1:]]
-    assert listed == [leads[name] for name in determined]
+    head, rule, *lines = said[said.index("determined  ") :].splitlines()
+    assert head.split("  ")[0] == "determined"
+    place = rule.index(" ")  # where the numbers begin, on the line of the terms or below it
+    terms = [line for line in lines if line[:place].strip()]
+    assert [re.split(r" (?=[+-] |\.\.\. )| {2,}", line)[0] for line in terms] == [
+        leads[name] for name in determined
+    ]
+    shown = re.findall(r"(\S+) +\S+ +\S+ +\S+  kg(?: m|$)", "\n".join(lines), re.MULTILINE)
+    estimates = [base[name]["estimate"] for name in determined]
+    assert list(map(float, shown)) == pytest.approx(estimates, rel=1e-5)
     unwrapped = " ".join(every.split())
     assert all(name in unwrapped for name in base)
     assert (tmp_path / "all.csv").read_text(encoding="utf-8").count("\n") == len(base) + 1
@@ -578,5 +583,5 @@ def test_a_motion_that_leaves_less_than_half_open_is_not_called_too_slow(open_co
 @pytest.mark.parametrize("excess", [0, 1])
 def test_terms_are_cut_where_a_line_is_full(excess):
     last = " + b"
-    name = "a" * (_TERMS_WIDTH + excess - len(last)) + last
-    assert (_first_terms(name) == name) == (excess == 0)
+    name = "a" * (66 + excess - len(last)) + last
+    assert (_term_lines(name, 66, everything=False) == [name]) == (excess == 0)

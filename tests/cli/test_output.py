@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from pathlib import Path
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from hybrid_dynamics_cli.output import table
+from hybrid_dynamics_cli.output import line_width, table
 from hybrid_dynamics_cli.verbs.view import acceleration_note
 from hybrid_dynamics_core import load
 from tests.cli.calling import call, data_of
@@ -367,3 +368,25 @@ def test_a_lag_is_in_milliseconds(is_causal: bool) -> None:
     track = SimpleNamespace(is_causal=is_causal, causal_lag=0.0995, smoother="a spline")
     note = acceleration_note(track)  # type: ignore[arg-type]  # of a recording
     assert "99.5 ms" in note
+
+
+class Terminal(io.StringIO):
+    """A terminal that is written to."""
+
+    def isatty(self) -> bool:
+        """It is one."""
+        return True
+
+
+@pytest.mark.parametrize(("columns", "expected"), [("130", 130), ("40", 80)])
+def test_tables_have_the_width_of_the_terminal(
+    columns: str, expected: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file or another program gets lines of 80 letters at any time."""
+    monkeypatch.setenv("COLUMNS", columns)
+    assert line_width() == 80
+    monkeypatch.setattr("sys.stdout", Terminal())
+    assert line_width() == expected
+    head = [f"column {k}" for k in range(12)]
+    wide = table(head, [[0.5] * len(head)])
+    assert wide.count("\n\n") == (expected == 80)
