@@ -4,14 +4,84 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 
 from ..description.model import RobotDescription
 from ..errors import UndecidedModeError
 from ..mechanism.configuration import Configuration, configuration_at
 from .blocks.block_solver import BlockSolver
 from .blocks.patterns import Context
-from .loop_gap import describe_least_gap
+from .constraints.equations import LoopEquations
+from .loop_gap import describe_gap, describe_least_gap
 from .numeric_closure import CLOSED
+
+MOST_MODES = 64  # combinations of modes that are tried to find a loop that closes in none
+
+
+def choose_branches(
+    robot: RobotDescription,
+    blocks: Sequence[BlockSolver],
+    loops: Sequence[LoopEquations],
+    context: Context,
+    configuration: Configuration,
+    guess: Sequence[float],
+) -> list[float]:
+    """Choose the branch sign of every block and solve all of them at the reference.
+
+    Args:
+        robot: its description, for error texts.
+        blocks: the blocks in solving order.
+        loops: the equations of all loops.
+        context: tree, closures and reference of the robot.
+        configuration: the reference, with the given coordinates set. All others are set on return.
+        guess: where iterations start, all coordinates s (n_s,) [rad, m].
+
+    Returns:
+        The branch signs, +1 or -1.
+
+    Raises:
+        UndecidedModeError: a loop closes in several modes, and the file names none.
+        DescriptionError: a loop has no such mode, is singular or does not close. This comes first,
+            where no mode of the undecided loops lets it close.
+    """
+    branch: list[float] = []
+    try:
+        # each block is solved into `configuration`, for the blocks after it
+        for block in blocks:
+            branch.append(choose_branch(robot, block, context, configuration, guess))  # noqa: PERF401
+    except UndecidedModeError:
+        later = blocks[len(branch) :]
+        if not _closes_in_some_mode(robot, later, loops, context, configuration, guess):
+            for block in later:
+                _choose_nearest(robot, block, context, configuration, guess)
+            _require_closed(robot, loops, context, configuration)
+        raise
+    _require_closed(robot, loops, context, configuration)
+    return branch
+
+
+def _closes_in_some_mode(
+    robot: RobotDescription,
+    blocks: Sequence[BlockSolver],
+    loops: Sequence[LoopEquations],
+    context: Context,
+    configuration: Configuration,
+    guess: Sequence[float],
+) -> bool:
+    """Whether all loops close in some modes of the blocks; taken to be so for very many modes."""
+    modes = [_named_signs(robot, block, context) or list(block.signs) for block in blocks]
+    if math.prod(map(len, modes)) > MOST_MODES:
+        return True
+    for signs in product(*modes):
+        margins = (
+            _solve_margin(block, configuration, sign, _start_of(block, context, guess))
+            for block, sign in zip(blocks, signs, strict=True)
+        )
+        if all(margin > 0.0 for margin in margins) and not any(
+            _is_open(loop, configuration) for loop in loops
+        ):
+            return True
+    return False
 
 
 def choose_branch(
@@ -38,11 +108,29 @@ def choose_branch(
         UndecidedModeError: the loop closes in several modes, and the file names none.
         DescriptionError: the loop has no such mode, is singular or does not close.
     """
-    start = _start_of(block, context, guess)
     given = [k for k in block.unknowns if k in context.near]
     signs = _named_signs(robot, block, context) or list(block.signs)
     if len(signs) > 1 and block.needs_mode and not given:
+        start = _start_of(block, context, guess)
         _require_decided(robot, block, context, configuration, start)
+    return _choose_nearest(robot, block, context, configuration, guess)
+
+
+def _choose_nearest(
+    robot: RobotDescription,
+    block: BlockSolver,
+    context: Context,
+    configuration: Configuration,
+    guess: Sequence[float],
+) -> float:
+    """The named branch sign, or the one nearest the reference, and the block solved on it.
+
+    Raises:
+        DescriptionError: the loop has no such mode, is singular or does not close.
+    """
+    start = _start_of(block, context, guess)
+    given = [k for k in block.unknowns if k in context.near]
+    signs = _named_signs(robot, block, context) or list(block.signs)
     wanted = {k: guess[k] for k in given or block.unknowns}
     distances = [_distance(block, configuration, sign, start, wanted) for sign in signs]
     nearest = signs[distances.index(min(distances))]
@@ -153,3 +241,40 @@ def _require_decided(
     )
     error = robot.error(robot.closure_key(block.loops[0]), problem)
     raise UndecidedModeError(error, loop=block.loops[0], modes=tuple(ways))
+
+
+def _is_open(loop: LoopEquations, configuration: Configuration) -> bool:
+    """Whether a loop is open, or its frames face opposite ways."""
+    return not _residual(loop, configuration) < CLOSED or _is_opposed(loop, configuration)
+
+
+def _residual(loop: LoopEquations, configuration: Configuration) -> float:
+    """The largest residual of a loop."""
+    residual = loop.linearise(configuration).residual
+    return max(abs(float(r)) for r in residual)
+
+
+def _is_opposed(loop: LoopEquations, configuration: Configuration) -> bool:
+    """Whether frames that a loop ties face opposite ways."""
+    return any(not float(guard) > 0.0 for guard in loop.guards(configuration))
+
+
+def _require_closed(
+    robot: RobotDescription,
+    loops: Sequence[LoopEquations],
+    context: Context,
+    configuration: Configuration,
+) -> None:
+    """Raise if a loop is open at the reference."""
+    for loop in loops:
+        if not _is_open(loop, configuration):
+            continue
+        problem = "its frames face opposite ways"
+        if not _is_opposed(loop, configuration):
+            gap = describe_gap(context.tree, robot, loop.name, configuration)
+            error = _residual(loop, configuration)
+            problem = f"{gap} ({error:.2g} of the loop's length; {CLOSED:g} is allowed)"
+        raise robot.error(
+            robot.closure_key(loop.name),
+            f"does not close at the reference: {problem}; mend geometry or reference",
+        )

@@ -11,11 +11,10 @@ from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
 from .blocks.patterns import Context, solver_for
-from .branch import choose_branch
+from .branch import choose_branches
 from .constraints.equations import Equation, LoopEquations, loops_of
 from .constraints.from_description import loop_equations
 from .degrees_of_freedom import independent_equations, require_determined
-from .loop_gap import describe_gap
 from .loop_length import measure
 from .matching import match
 from .numeric_closure import CLOSED
@@ -89,11 +88,7 @@ def build_plan(
     configuration = given_configuration(tree, {k: guess[k] for k in given})
     if any(block.iterates for block in blocks):
         guess = _closed_guess(tree, loops, guess, unknowns)
-    # each block is solved into `configuration` too, for the blocks after it
-    branch: list[float] = []
-    for block in blocks:
-        branch.append(choose_branch(robot, block, context, configuration, guess))  # noqa: PERF401
-    _require_closed(tree, robot, loops, configuration)
+    branch = choose_branches(robot, blocks, loops, context, configuration, guess)
     together = [loops_of(block.equations) for block in blocks]
     measure(tree, robot, all_loops(loops, blocks), together, configuration)
     # a reference that differs from the file's has a note of its own
@@ -134,29 +129,6 @@ def _closed_guess(
     if closed.is_closed:
         return [float(q) for q in closed.s]
     return guess
-
-
-def _require_closed(
-    tree: Tree,
-    robot: RobotDescription,
-    loops: Sequence[LoopEquations],
-    configuration: Configuration,
-) -> None:
-    """Raise if a loop is open at the reference."""
-    for loop in loops:
-        residual = loop.linearise(configuration).residual
-        error = max(abs(float(r)) for r in residual)
-        opposed = any(not float(guard) > 0.0 for guard in loop.guards(configuration))
-        if error < CLOSED and not opposed:
-            continue
-        problem = "its frames face opposite ways"
-        if not opposed:
-            gap = describe_gap(tree, robot, loop.name, configuration)
-            problem = f"{gap} ({error:.2g} of the loop's length; {CLOSED:g} is allowed)"
-        raise robot.error(
-            robot.closure_key(loop.name),
-            f"does not close at the reference: {problem}; mend geometry or reference",
-        )
 
 
 def _require_limits(tree: Tree, robot: RobotDescription, configuration: Configuration) -> None:

@@ -110,3 +110,34 @@ def test_a_loop_that_closes_in_one_mode_of_another_alone_is_shown_there(tmp_path
     place.write_text(CHAIN.replace("-0.6, 0]", "-6, 0]"), encoding="utf-8")
     with pytest.raises(DescriptionError, match="second: does not close"):
         load_undecided(place)
+
+
+TWO_LOOPS = """\
+format: 1
+name: two
+links: {{base: {{}}, crank: {{}}, coupler: {{}}, rocker: {{}}, bar: {{}}, lever: {{}}}}
+joints:
+  q1: {{type: revolute, parent: base, child: crank, axis: z}}
+  q2: {{type: revolute, parent: crank, child: coupler, origin: {{xyz: [0.3, 0, 0]}}, axis: z}}
+  q3: {{type: revolute, parent: base, child: rocker, origin: {{xyz: [1, 0, 0]}}, axis: z}}
+  q4: {{type: revolute, parent: rocker, child: bar, origin: {{xyz: [0.3, 0, 0]}}, axis: z}}
+  q5: {{type: revolute, parent: base, child: lever, origin: {{xyz: [3, 0, 0]}}, axis: z}}
+closures:
+  first: {{kind: planar, between: {{coupler: [0.9, 0, 0], rocker: [0.8, 0, 0]}}}}
+  second: {{kind: planar, between: {{bar: [{bar}, 0, 0], lever: [1.2, 0, 0]}}}}
+active: [q1]
+end_effector: {{link: rocker}}
+reference: {{q1: 1}}
+"""
+
+
+def test_a_loop_that_closes_in_no_mode_comes_before_modes_to_decide(tmp_path: Path) -> None:
+    """Naming the modes of the first loop would be no help."""
+    file = tmp_path / "two.yaml"
+    file.write_text(TWO_LOOPS.format(bar=0.2), encoding="utf-8")
+    answer = call("check", str(file))
+    assert answer.exit_code == 1
+    assert f"{file}:12: closures.second: does not close at the reference" in answer.stderr
+    assert "more than one way" not in answer.output
+    file.write_text(TWO_LOOPS.format(bar=2.2), encoding="utf-8")
+    assert "closures.first: closes in more than one way" in call("check", str(file)).stderr

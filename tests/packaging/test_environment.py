@@ -16,12 +16,12 @@ ROOT = Path(__file__).parents[2]
 class Finished:
     """Stands for a program that has ended well."""
 
-    def __init__(self, command: list[str], log: Path) -> None:
+    def __init__(self, *_: object) -> None:
         self.start = time.monotonic()
 
     def finish(self, title: str) -> None:
         """Print what the program does."""
-        print(title)
+        sys.stdout.write(f"{title}\n")
 
 
 @pytest.fixture
@@ -34,8 +34,8 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     spec.loader.exec_module(module)
     monkeypatch.setattr(module, "Process", Finished)
     monkeypatch.setattr(module, "require_build_tools", lambda: None)
-    monkeypatch.setattr(module, "discard", lambda folder: None)
-    monkeypatch.setattr(module, "is_installed", lambda name: False)
+    monkeypatch.setattr(module, "discard", lambda _: None)
+    monkeypatch.setattr(module, "is_installed", lambda _: False)
     return module
 
 
