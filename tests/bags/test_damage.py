@@ -98,6 +98,19 @@ def test_split_bags_are_one(forging, tmp_path):
     assert read(whole) == (pairs, [])
 
 
+def test_messages_that_only_the_metadata_know_of_are_told(forging, tmp_path):
+    pairs = recorded(forging, 20)
+    bag(tmp_path / "in", pairs)
+    file = tmp_path / "in" / BAG_METADATA
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text.replace("message_count: 20", "message_count: 23"), encoding="utf-8")
+    told = f"{INPUT}: 20 messages could be read of 23 that the bag says it has"
+    assert read(tmp_path / "in") == (pairs, [told])
+    file.write_text(text.replace(f"name: {INPUT}", "name: /other"), encoding="utf-8")
+    told = "/other: in metadata.yaml with 20 messages, and in no file that can be read"
+    assert read(tmp_path / "in") == (pairs, [told])
+
+
 @pytest.fixture(scope="module")
 def whole(forging, tmp_path_factory):
     """A bag of several chunks with checksums, and its messages."""

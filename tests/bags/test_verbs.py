@@ -28,6 +28,7 @@ from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.figures import _draw_intervals, efforts, margins, sampling
 from hybrid_dynamics_ros.bags.analysis.identify import identify_recording
+from hybrid_dynamics_ros.bags.analysis.plotting import widen
 from hybrid_dynamics_ros.bags.analysis.report import accelerations_of, report
 from hybrid_dynamics_ros.bags.analysis.report_tables import outliers_table
 from hybrid_dynamics_ros.bags.analysis.stamp_intervals import StampIntervals
@@ -549,6 +550,14 @@ def test_the_page_says_how_late_a_stamp_is_in_milliseconds(late: float, words: s
     page = outliers_table(track)
     for cell in ("11.500 s", "q", "0.25 rad/s", words):
         assert f">{cell}</td>" in page
+
+
+@pytest.mark.parametrize("length", [0.0, 1e-4, 1.0, 3600.0])
+def test_marks_at_the_ends_of_axes_are_seen_and_curves_fill_them(length: float) -> None:
+    low, high = widen(7.0, 7.0 + length)
+    assert low < 7.0
+    assert high > 7.0 + length
+    assert high - low <= max(1.1 * length, 0.01)
 
 
 @pytest.mark.parametrize("interval", [0.01, 0.25])

@@ -56,6 +56,33 @@ def test_arm_that_goes_on_from_another_link_is_refused() -> None:
         parse(text)
 
 
+SHARED = (([0, 0, 0], "z"), ([0, 0, 0.2], "z"), ([0, 0, 0], "-z"), ([2e-6, 0, 0], "z"))
+SEPARATE = (([1e-4, 0, 0], "z"), ([0, 0.02, 0], "z"), ([0, 0, 0], "[0, 0.001, 1]"))
+
+
+@pytest.mark.parametrize(("place", "axis"), [*SHARED, *SEPARATE])
+def test_a_crank_beside_the_base_of_its_loop_turns_about_the_same_line(
+    place: list[float], axis: str
+) -> None:
+    """Both hang on one link, by two pivots that are one, wherever along it they stand."""
+    text = (
+        four_bar("A")
+        .replace("links:\n", "links:\n  plate: {mass: 1}\n")
+        .replace("q3: {type: revolute, parent: base", "q3: {type: revolute, parent: plate")
+        .replace("base: base", "base: plate")
+        .replace("active: [", "active: [q0, ")
+    )
+    crank = "q1: {type: revolute, parent: base, child: crank, axis: "
+    plate = "q0: {type: revolute, parent: base, child: plate, axis: z}\n  "
+    turned = crank.replace("axis", f"origin: {{xyz: {place}}}, axis") + f"{axis}}}"
+    text = text.replace(f"{crank}z}}", plate + turned)
+    if (place, axis) in SHARED:
+        assert parse(text).loops["bar"].base == "plate"
+    else:
+        with pytest.raises(DescriptionError, match=r"loops\.bar\.k1: .* that of `base`, but"):
+            parse(text)
+
+
 def test_one_link_in_two_roles_is_refused() -> None:
     with pytest.raises(DescriptionError, match=r"loops\.bar\.k2: 'crank' is also k1"):
         parse(four_bar("A").replace("k2: coupler", "k2: crank"))

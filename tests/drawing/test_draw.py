@@ -16,6 +16,7 @@ from matplotlib.text import Text
 from hybrid_dynamics_core import ClosedState, InputError, Robot
 from hybrid_dynamics_core.drawing import draw, draw_on
 from hybrid_dynamics_core.drawing.paint.labels import Label, Labeller, TextBox
+from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.scene.style import RED
 from tests.sampling import swept
 
@@ -137,6 +138,22 @@ def test_letters_of_axes_stand_on_no_joint_and_no_arrow(robot: Robot) -> None:
         for symbol in symbols:
             outline = symbol.get_path().transformed(symbol.get_transform())
             assert not outline.contains_point(middle), symbol.get_gid()
+
+
+def test_letters_of_axes_stand_ahead_of_their_arrows(robot: Robot) -> None:
+    """None is nearer to the arrow of another; those that had to give way may stand beside it."""
+    scene = make_scene(robot, None)
+    ends = {line.owner: scene.projection.project(line.points) for line in scene.lines}
+    for letter in artists_of(drawing_of(robot.name), Text, "letter:frame:"):
+        name = letter.get_gid().removeprefix("letter:")
+        middle = np.mean(letter.get_window_extent().get_points(), axis=0)
+        place = letter.axes.transData.inverted().transform(middle)
+        tips = {own: end[1] for own, end in ends.items() if own.startswith("frame:")}
+        assert min(tips, key=lambda own: np.linalg.norm(place - tips[own])) == name
+        if letter.get_position() == (0.0, 0.0):
+            along = np.diff(ends[name], axis=0)[0]
+            gap = place - ends[name][1]
+            assert gap @ along >= 0.99 * np.linalg.norm(gap) * np.linalg.norm(along) > 0.0
 
 
 @pytest.mark.parametrize("direction", np.linspace(0.0, 2.0 * np.pi, 25))

@@ -167,7 +167,7 @@ def shrunk(robot: Robot, factor: float) -> Robot:
 ALIKE = ("slider_crank", "type_d", "gough", "excavator", "delta", "staicu2015", "palletizer")
 
 
-@pytest.mark.parametrize("name", swept(ALIKE, ["slider_crank", "type_d", "delta"]))
+@pytest.mark.parametrize("name", swept(ALIKE, ["slider_crank", "type_d", "delta", "staicu2015"]))
 def test_a_small_robot_is_drawn_as_a_large_one_is(name: str) -> None:
     factor = 1.0 / 64.0
     large = make_scene(robot_of(name), None)
@@ -178,6 +178,8 @@ def test_a_small_robot_is_drawn_as_a_large_one_is(name: str) -> None:
         for mark, other in zip(getattr(small, kind), getattr(large, kind), strict=True):
             assert (mark.owner, mark.role) == (other.owner, other.role)
             assert mark.points == pytest.approx(factor * other.points, abs=1e-9)
+            if kind == "parts":
+                assert mark.radius == pytest.approx(factor * other.radius, rel=1e-9)
     sizes = [part.radius for part in small.parts]
     assert sizes == pytest.approx([factor * part.radius for part in large.parts], rel=1e-9)
 

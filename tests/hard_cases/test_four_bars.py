@@ -291,8 +291,9 @@ end_effector: {link: a}
 """  # noqa: E501
     with pytest.raises(
         DescriptionError, match=r"joint 'q1' does not move in the plane of 'q2' and 'q3', with axes"
-    ):
+    ) as caught:
         Robot(parse_description(text))
+    assert "off by 1.57 rad" in str(caught.value)  # z is across -y
 
 
 PLATE = """\

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.closure.constraints.spatial import extent_of
 from tests.cli.calling import call
 from tests.hard_cases.linkages import robot
+from tests.sampling import examples
 
 LEGS = """\
 format: 1
@@ -41,6 +47,29 @@ def legs(x: float, y: float) -> Robot:
     feet = [(x, y), (1.0 + x, y), (x, 1.0 + y)]
     texts = [LEG.format(k=k, x=foot[0], y=foot[1]) for k, foot in enumerate(feet)]
     return robot(LEGS.format(x=x, y=y, legs="".join(texts)))
+
+
+@examples(200)
+@given(st.integers(0, 9999), st.booleans())
+def test_the_size_of_a_loop_is_the_largest_distance_of_its_axes(seed: int, turns: bool) -> None:
+    """By least squares along both lines; parallel ones too, wherever along them origins stand."""
+    rng = np.random.default_rng(seed)
+    axes = rng.normal(size=(3, 3))
+    if turns:
+        axes[:] = axes[0]
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    origins, end = rng.normal(size=(3, 3)), rng.normal(size=3)
+    joints = [
+        SimpleNamespace(origin=origin, axis=axis, body=SimpleNamespace(is_revolute=True))
+        for origin, axis in zip(origins, axes, strict=True)
+    ]
+    lines = [*zip(origins, axes, strict=True), (end, np.zeros(3))]
+    expected = 0.0
+    for (one, along), (other, across) in combinations(lines, 2):
+        directions = np.column_stack([along, -across])
+        ways = np.linalg.pinv(directions, rcond=1e-9) @ (other - one)
+        expected = max(expected, float(np.linalg.norm(other - one - directions @ ways)))
+    assert extent_of([SimpleNamespace(end=end, joints=joints)]) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("place", [(0.0, 0.0), (1.0, 1.0), (-3e3, 2e4)])

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import asyncio
+import functools
+import json
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -82,6 +86,32 @@ def test_all_else_is_refused_with_what_to_type_instead(
         parse_number(text, scope)
     assert f"{scope.name}: '{text}' was not taken: " in str(refused.value)
     assert advice in str(refused.value)
+
+
+def test_the_page_hands_over_what_was_typed_and_where_somebody_went() -> None:
+    """Each to the slider that it names; what the program writes there is nobody's."""
+    from hybrid_dynamics_core.view.number_input import NumberInput
+
+    line, taken = SimpleNamespace(value=""), []
+
+    def slider(scope: Range) -> SimpleNamespace:
+        def take(read: Callable[[Range], float]) -> None:
+            taken.append((scope.name, read(scope)))
+
+        return SimpleNamespace(label=scope.name, request_typed=take)
+
+    def hand_over(client: object, *words: object) -> None:
+        line.value = json.dumps(words)
+        asyncio.run(line.listener(SimpleNamespace(client=client, target=line)))
+
+    line.on_update = functools.partial(setattr, line, "listener")
+    gui = SimpleNamespace(add_text=lambda *_: line)
+    NumberInput(gui).listen([slider(ANGLE), slider(LENGTH)], lambda: taken.append("began"))
+    hand_over("browser", "x", None, 3.5)
+    hand_over("browser", "x", "65*mm", 4.0)
+    hand_over(None, "x", "1", 5.0)
+    hand_over("browser", "q", "-2", 6.0)
+    assert taken == ["began", ("x", 0.065), ("q", -2.0)]
 
 
 def test_a_long_text_is_repeated_in_part() -> None:
