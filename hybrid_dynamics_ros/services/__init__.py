@@ -1,4 +1,4 @@
-"""What the services answer: functions of the robot and a request, without a node.
+"""The services: functions from the robot and a request to a response, without a node.
 
 `table.py` lists them all.
 """

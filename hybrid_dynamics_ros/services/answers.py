@@ -1,4 +1,4 @@
-"""From what an answer raised to what the client gets: error codes and texts."""
+"""Error codes and texts of responses, from exceptions of services."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .context import ServiceContext
 
 OK: Final[int] = ErrorCode.OK
 
-# Fills the response, whose error_code is OK; returns the change of conditions that the call makes.
+# Fills the response, whose error_code is OK; returns a change of conditions, or None.
 Answer = Callable[[ServiceContext, Any, Any], ConditionChange | None]
 
 _CODES: Final = {
@@ -33,27 +33,27 @@ _CODES: Final = {
 
 
 def code_of(rejection: Rejection) -> int:
-    """The ErrorCode that a rejection becomes."""
+    """The ErrorCode of a rejection."""
     return int(_CODES.get(rejection.code, ErrorCode.BAD_INPUT))
 
 
 def guarded(
     answer: Answer, context: ServiceContext, request: Any, response: Any
 ) -> tuple[Any, ConditionChange | None]:
-    """The answer to a request, an error code and text included, whatever happens.
+    """Answer a request; exceptions become an error code and text.
 
     Args:
-        answer: what fills the response.
-        context: the robot and how it stands.
+        answer: the function that fills the response.
+        context: the robot and its situation.
         request: request message.
-        response: empty response message, to be filled.
+        response: empty response message to fill.
 
     Returns:
-        The response, and the change of conditions that the call makes. Where something went wrong
-        the response is empty, with ``error_code`` and ``error_text``.
+        The response, and a change of conditions or None. After an error the response is empty,
+        except ``error_code`` and ``error_text``.
     """
     try:
-        # Numbers near the end of the range overflow in the model: the answer is checked instead.
+        # Very large numbers overflow in the model, so the answer is checked instead.
         with np.errstate(all="ignore"):
             return response, answer(context, request, response)
     except RejectedError as error:
@@ -66,7 +66,7 @@ def guarded(
 
 
 def refused(response: Any, rejection: Rejection) -> Any:
-    """Write the reason into a response that is empty, and return it."""
+    """Write a rejection to an empty response, and return it."""
     response.error_code = code_of(rejection)
     response.error_text = rejection.text
     for number in ("residual", "nearest_singularity", "first_bad_time"):

@@ -1,4 +1,4 @@
-"""How the calls of services were answered, for diagnostics."""
+"""Statistics of service calls, for diagnostics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hybrid_dynamics_msgs.msg import ErrorCode
 from ..stream.monitor import Level, StatusEntry
 
 _NAMES: Final = {getattr(ErrorCode, name): name for name in vars(type(ErrorCode)) if name.isupper()}
-_OURS: Final = (ErrorCode.BUSY, ErrorCode.TIMEOUT, ErrorCode.INTERNAL)  # no fault of the request
+_OURS: Final = (ErrorCode.BUSY, ErrorCode.TIMEOUT, ErrorCode.INTERNAL)  # not caused by the request
 
 
 class CallCounts:
@@ -20,16 +20,16 @@ class CallCounts:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._answers: Counter[tuple[str, int]] = Counter()
-        self._unserved = 0  # at the last report
+        self._unserved = 0  # value at the last report
         self._last_error = "none"
 
     def note(self, service: str, code: int, text: str) -> None:
-        """A call was answered.
+        """Register the response of a call.
 
         Args:
-            service: its name.
-            code: ErrorCode of the answer.
-            text: of the error.
+            service: name of the service.
+            code: ErrorCode of the response.
+            text: error text.
         """
         with self._lock:
             self._answers[service, code] += 1
@@ -37,9 +37,9 @@ class CallCounts:
                 self._last_error = f"{service}: {text}"
 
     def report(self) -> list[StatusEntry]:
-        """Answers by service and code since the start.
+        """Numbers of responses by service and code since the start.
 
-        It warns where calls were not served since the last report: BUSY, TIMEOUT or INTERNAL.
+        It warns if calls since the last report were not served: BUSY, TIMEOUT or INTERNAL.
         """
         with self._lock:
             answers, last = dict(self._answers), self._last_error

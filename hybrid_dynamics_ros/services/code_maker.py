@@ -1,7 +1,7 @@
-"""Has code made in a process beside the node, so that the stream does not wait for it.
+"""Compilation of kernels in a child process, which does not block the stream.
 
-Making code holds Python's interpreter for seconds. Taking it from disk holds it for milliseconds.
-The process starts when it is first needed. Knows no rclpy.
+Compilation holds the GIL for seconds, loading from the cache for milliseconds. The process starts
+when it is first needed. This module does not depend on rclpy.
 """
 
 from __future__ import annotations
@@ -14,25 +14,25 @@ from hybrid_dynamics_core.description.model import RobotDescription
 from ..stream.rehearsal import Rehearsal
 from .processes import Child, start
 
-_ATTEMPTS: Final = 2  # a process that was killed is replaced once
-_END_TIMEOUT: Final = 5.0  # [s] for a killed process to be gone
+_ATTEMPTS: Final = 2  # a killed process is replaced once
+_END_TIMEOUT: Final = 5.0  # [s] for a killed process to end
 
 
 class CodeMaker:
-    """The process of one robot that makes code; one thread at a time asks it."""
+    """The compiling process of one robot, for one thread at a time."""
 
     def __init__(self, description: RobotDescription) -> None:
-        """Start nothing yet."""
+        """Store the description; the process starts later."""
         self._description = description
         self._lock = threading.Lock()
         self._child: Child | None = None
         self._is_closed = False
 
     def make(self, rehearsal: Rehearsal) -> bool:
-        """Have the code made and kept on disk.
+        """Compile the code of a rehearsal into the cache.
 
         Returns:
-            True when it is there, or cannot be made in another process; False once this is closed.
+            True if it is ready, or cannot be compiled in another process; False after `close`.
         """
         for _ in range(_ATTEMPTS):
             try:
@@ -48,12 +48,12 @@ class CodeMaker:
         return not self._is_closed
 
     def close(self) -> None:
-        """End the process; who waits for it goes on."""
+        """End the process; waiting threads continue."""
         self._is_closed = True
         self._end()
 
     def _running(self) -> Child | None:
-        """The process, started where there is none; None once this is closed."""
+        """The process, started if needed; None after `close`."""
         with self._lock:
             if self._is_closed:
                 return None
@@ -68,5 +68,5 @@ class CodeMaker:
         with self._lock:
             child, self._child = self._child, None
         if child is not None:
-            child.process.kill()  # what it was writing is written aside, and renamed when whole
+            child.process.kill()  # safe, since cache entries are written to temporary files
             child.process.wait(_END_TIMEOUT)

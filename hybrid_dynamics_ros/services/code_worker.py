@@ -1,7 +1,7 @@
-"""The process that makes code beside the stream: started by `code_maker`, never by people.
+"""The program of the process that compiles code, started by `code_maker` only.
 
-It is given a RobotDescription, then a Rehearsal at a time, and sends None after each: what was made
-is in the cache on disk then. It ends where the node closes the pipe or is gone.
+It receives a RobotDescription, then rehearsals one by one. It sends None after each, when the code
+is in the cache. It ends when the node closes the pipe or ends.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from .worker import main
 
 
 def make_code(connection: Connection, robot: Robot) -> None:
-    """Say that the robot is ready, then rehearse what the node asks for.
+    """Report that the robot is ready, then run requested rehearsals.
 
     Raises:
-        EOFError, OSError: the node has closed the pipe, or is gone.
+        EOFError, OSError: the node has closed the pipe, or has ended.
     """
     connection.send(None)  # ready
     while True:
         rehearsal = connection.recv()
-        with suppress(HybridDynamicsError):  # the node finds that out itself
+        with suppress(HybridDynamicsError):  # the node will get the same error
             rehearse(robot, rehearsal)
         connection.send(None)
 

@@ -1,4 +1,4 @@
-"""What an answer may look at besides its request: the robot and how it stands."""
+"""The context of a service call: the robot and its situation."""
 
 from __future__ import annotations
 
@@ -32,49 +32,49 @@ class ServiceContext:
 
     @cached_property
     def loads(self) -> Loads:
-        """Everything that acts on the robot now."""
+        """The present loads on the robot."""
         return loads_of(self.robot, self.situation.conditions)
 
     @property
     def frames(self) -> FrameNames:
-        """What frames are called in messages."""
+        """Names of frames in messages."""
         return frame_names(self.robot, self.situation.settings)
 
     @property
     def mode(self) -> ClosedState | None:
-        """State whose assembly modes are kept; None: those of the robot file."""
+        """A state whose assembly modes are kept; None for those of the robot file."""
         return self.situation.conditions.mode
 
     def close(self, u: FloatArray, du: FloatArray | None = None) -> ClosedState:
-        """The loops closed as the stream closes them.
+        """Close the loops on the assembly modes of the stream.
 
         Args:
             u: active coordinates (n,) [rad or m].
             du: their rates (n,), zero if None.
 
         Raises:
-            StateError: as `robot.close` does.
+            StateError: as in `robot.close`.
         """
         state = self.robot.close(u, du, near=self.mode)
         require_first_charts(self.robot, state)
         return state
 
     def active_motion(self, message: JointState) -> OrderedMotion:
-        """Motion of the active joints in a message.
+        """The motion of the active joints in a message.
 
         Raises:
-            RejectedError: as `JointOrder.arrange` does.
+            RejectedError: as in `JointOrder.arrange`.
         """
         return active_order(self.robot).arrange(conversions.sample_of_state(message))
 
     def newest(self, otherwise: str = "") -> FloatArray:
-        """Active joints at the newest input (n,) [rad or m].
+        """Active joints (n,) at the newest input [rad or m].
 
         Args:
-            otherwise: what else than sending joint states the caller can do.
+            otherwise: an alternative to sending joint states, for the error text.
 
         Raises:
-            RejectedError: there was none.
+            RejectedError: there was no input.
         """
         if self.situation.newest is None:
             text = f"no input has come yet: send joint states to ~/active_joint_states{otherwise}"
@@ -83,10 +83,10 @@ class ServiceContext:
 
 
 def require_finite(*arrays: FloatArray | None) -> None:
-    """Refuse an answer that would hold NaN or infinity.
+    """Check that a result is finite.
 
     Raises:
-        RejectedError: it would.
+        RejectedError: it has NaN or infinity.
     """
     for values in arrays:
         if values is not None and not np.isfinite(values).all():

@@ -1,8 +1,8 @@
 """Services: inverse and forward dynamics, minimal form, payload.
 
-Each fills the response, or raises what `answers.guarded` turns into an error code and text: a
-RejectedError for a request that cannot be used, a StateError where the loops do not close or are
-singular.
+Each function fills the response, or raises an error that `answers.guarded` converts to an error
+code and text. A RejectedError is for a wrong request, a StateError for loops that do not close or
+are singular.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ def inverse_dynamics(
     """Efforts of the active joints for their motion, and the state of all joints.
 
     Args:
-        context: the robot, and the loads and assembly modes that hold now.
+        context: the robot with its present loads and assembly modes.
         request: `motion` names the active joints, with position [rad or m], velocity and
             acceleration of each.
-        response: gets `efforts` [N m or N] and `joint_state`.
+        response: receives `efforts` [N m or N] and `joint_state`.
 
     Raises:
-        RejectedError: the motion is incomplete or not finite, or the answer would not be finite.
+        RejectedError: the motion is incomplete or not finite, or the result is not finite.
         StateError: a loop does not close, or is singular.
     """
     robot, given = context.robot, request.motion
@@ -61,14 +61,13 @@ def forward_dynamics(
     """Accelerations of all joints for efforts of the active ones.
 
     Args:
-        context: the robot, and the loads and assembly modes that hold now.
+        context: the robot with its present loads and assembly modes.
         request: `active_joints` names the active joints, with position [rad or m] and effort
-            [N m or N] of each; velocities are zero where there are none.
-        response: gets `motion`, of all joints.
+            [N m or N] of each; velocities are zero if missing.
+        response: receives `motion` of all joints.
 
     Raises:
-        RejectedError: a field has another length than the names or is not finite, or the answer
-            would not be finite.
+        RejectedError: a field has a wrong length or is not finite, or the result is not finite.
         StateError: a loop does not close, or is singular.
     """
     robot, given = context.robot, request.active_joints
@@ -87,7 +86,7 @@ def _efforts_of(order: JointOrder, message: JointState) -> FloatArray:
     """Efforts (n,) [N m or N] of a message in the order of joints.
 
     Raises:
-        RejectedError: as `JointOrder.arrange` does.
+        RejectedError: as in `JointOrder.arrange`.
     """
     efforts = conversions.from_field(message.effort)
     return order.pick("effort", message.name, efforts)
@@ -99,15 +98,14 @@ def minimal_form(
     """M-bar, C-bar u', G-bar and passive forces over the n active joints.
 
     Args:
-        context: the robot, and the loads and assembly modes that hold now.
+        context: the robot with its present loads and assembly modes.
         request: `active_joints` names the active joints, with position [rad or m] of each;
-            velocities are zero where there are none.
-        response: gets `inertia` (n, n), row by row, and `coriolis`, `gravity` and `passive` (n,)
-            [N m or N].
+            velocities are zero if missing.
+        response: receives `inertia` (n, n), row by row, and `coriolis`, `gravity` and `passive`
+            (n,) [N m or N].
 
     Raises:
-        RejectedError: a field has another length than the names or is not finite, or the answer
-            would not be finite.
+        RejectedError: a field has a wrong length or is not finite, or the result is not finite.
         StateError: a loop does not close, or is singular.
     """
     robot = context.robot
@@ -126,20 +124,20 @@ def minimal_form(
 def set_payload(
     context: ServiceContext, request: SetPayload.Request, _response: SetPayload.Response
 ) -> NewPayload:
-    """The change that puts another payload at a frame; the caller applies it.
+    """The change of the payload at a frame, to be applied by the caller.
 
     Args:
-        context: the robot, and the loads that hold now.
-        request: `frame`, that of the end effector where it is empty, and `inertia`: mass [kg],
-            centre of mass [m] and the inertia about it [kg m^2], in the axes of the frame.
-        _response: stays as it is.
+        context: the robot with its present loads.
+        request: `frame`, by default the end effector, and `inertia`: mass [kg], centre of mass [m]
+            and the inertia about it [kg m^2], in frame axes.
+        _response: not changed.
 
     Returns:
-        The change. Nothing has changed yet.
+        The change.
 
     Raises:
-        RejectedError: there is no such frame, a number is beyond the bounds of the parameter
-            ``payload``, or no rigid body has such an inertia.
+        RejectedError: the frame is unknown, a number is beyond the bounds of the parameter
+            ``payload``, or the inertia is impossible.
     """
     frame = request.frame or context.robot.end_effector
     require_frames(context.robot, frame)
@@ -156,10 +154,10 @@ def set_payload(
 
 
 def _require_bounds(body: PayloadBody) -> None:
-    """Refuse what the parameters of the payload would not take.
+    """Check a payload against the bounds of the parameters.
 
     Raises:
-        RejectedError: a number is not finite, or out of the bounds.
+        RejectedError: a number is not finite, or out of bounds.
     """
     try:
         checked(PAYLOAD_MASS, body.mass)

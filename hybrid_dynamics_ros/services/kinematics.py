@@ -1,4 +1,4 @@
-"""Forward and inverse kinematics, Jacobian, closure from any given joints."""
+"""Services: forward and inverse kinematics, Jacobian, closure from any given joints."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _pose_message(header: Header, pose: Pose) -> PoseStamped:
 def solve_ik(context: ServiceContext, request: SolveIK.Request, response: SolveIK.Response) -> None:
     """Active coordinates that bring the end effector to a target.
 
-    If there are none, the response has an error and the nearest coordinates.
+    Without a solution, the response has an error and the nearest coordinates.
     """
     robot = context.robot
     header = Header(stamp=request.target.header.stamp, frame_id=context.frames.base)
@@ -119,7 +119,7 @@ def compute_jacobian(
 def close_loops(
     context: ServiceContext, request: CloseLoops.Request, response: CloseLoops.Response
 ) -> None:
-    """Full state from any independent set of joints."""
+    """The full state from any independent set of joints."""
     robot, given = context.robot, request.given
     unknown = [name for name in given.name if name not in robot.coordinates]
     if unknown:
@@ -145,7 +145,7 @@ def close_loops(
 
 
 def closed_state_message(robot: Robot, state: ClosedState, stamp: Time) -> ClosedStateMessage:
-    """One state as a message, with the fields that the topic of closed states sends."""
+    """A state as a message, with the fields of the topic of closed states."""
     strokes = StrokeMargins(robot)
     lower, upper = strokes.margins(state.s)
     message = ClosedStateMessage(
@@ -183,10 +183,10 @@ def target_of(
 
 
 def require_frames(robot: Robot, *frames: str) -> None:
-    """Refuse frames that the robot does not have.
+    """Check that the robot has some frames.
 
     Raises:
-        RejectedError: the robot has no frame of this name.
+        RejectedError: a frame is unknown.
     """
     for frame in frames:
         if frame not in robot.frames:

@@ -1,4 +1,4 @@
-"""Assembly modes, and what the robot is."""
+"""Services: assembly modes, and description of the robot."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from ..stream.conditions import NewMode
 from ..stream.stroke_margins import joint_limits
 from .context import ServiceContext
 
-_MOST_LISTED: Final = 12  # modes of a loop in a text
-_TOLERANCE: Final = 1e-6  # [rad or m] configurations nearer than this are one
+_MOST_LISTED: Final = 12  # modes of a loop listed in a text
+_TOLERANCE: Final = 1e-6  # [rad or m] configurations closer than this are the same
 
 
 def list_assembly_modes(
@@ -30,7 +30,7 @@ def list_assembly_modes(
     request: ListAssemblyModes.Request,
     response: ListAssemblyModes.Response,
 ) -> None:
-    """Every way in which the loops close."""
+    """All assembly modes at given active coordinates."""
     robot, given = context.robot, request.active_joints
     if given.name or given.position:
         u = context.active_motion(given).position
@@ -44,7 +44,7 @@ def list_assembly_modes(
 
 
 def _current(context: ServiceContext, u: FloatArray, states: Sequence[ClosedState]) -> int:
-    """Which of the states the stream closes the loops to; -1 where none."""
+    """Index of the state with the stream's assembly modes; -1 if there is none."""
     try:
         now = context.close(u).s
     except HybridDynamicsError:
@@ -60,7 +60,7 @@ def switch_assembly_mode(
     request: SwitchAssemblyMode.Request,
     response: SwitchAssemblyMode.Response,
 ) -> NewMode:
-    """The stream closes its loops on other modes from now on."""
+    """The change of the stream's assembly modes, to be applied by the caller."""
     if context.situation.moving:
         raise RejectedError(
             RejectionCode.REFUSED, "the robot moves: assembly modes change only while it stands"
@@ -81,10 +81,10 @@ def switch_assembly_mode(
 
 
 def _requested_modes(robot: Robot, request: SwitchAssemblyMode.Request) -> dict[str, str]:
-    """Name of the mode of each loop that the request names.
+    """Requested mode of each named loop.
 
     Raises:
-        RejectedError: names and loops are not paired, or the robot has no such loop or mode.
+        RejectedError: the numbers of names and loops differ, or a loop or mode is unknown.
     """
     if not request.loops or len(request.loops) != len(request.branches):
         loops = counted(len(request.loops), "loop")
@@ -100,16 +100,16 @@ def _requested_modes(robot: Robot, request: SwitchAssemblyMode.Request) -> dict[
 
 
 def _require_mode(loop: str, name: str, names: Sequence[str] | None) -> None:
-    """Refuse a mode that a loop has nowhere, where its names are known."""
+    """Raise for a mode that a loop never has, if the loop's modes have names."""
     for part in name.split("+"):
         if names and part not in names:
             raise RejectedError(RejectionCode.BAD_REQUEST, no_such_mode(loop, part, names))
 
 
 def _why_no_mode(requested: Mapping[str, str], branches: Sequence[Mapping[str, str]]) -> str:
-    """Why modes are not among the branches here, though the robot may have them elsewhere.
+    """Text on why requested modes are not among the branches at this configuration.
 
-    A loop does not close so, or the modes do not go together.
+    A loop does not close on a mode, or the modes cannot be combined.
     """
     for loop, name in requested.items():
         names = list(dict.fromkeys(branch[loop] for branch in branches if loop in branch))
@@ -126,7 +126,7 @@ def _why_no_mode(requested: Mapping[str, str], branches: Sequence[Mapping[str, s
 def describe_robot(
     context: ServiceContext, _request: DescribeRobot.Request, response: DescribeRobot.Response
 ) -> None:
-    """Names, types, limits."""
+    """Names, types and limits of the robot's joints."""
     robot = context.robot
     lower, upper = joint_limits(robot)
     response.name = robot.name
@@ -155,7 +155,7 @@ def _message(robot: Robot, state: ClosedState) -> AssemblyMode:
 
 
 def _is_same(robot: Robot, one: FloatArray, other: FloatArray) -> bool:
-    """Whether two configurations are the same but for whole turns."""
+    """Whether two configurations are equal up to whole turns."""
     is_revolute = np.array([robot.joint_types[name] == "revolute" for name in robot.coordinates])
     difference = one - other
     turned = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi

@@ -1,4 +1,4 @@
-"""Starting a process of this package, with a pipe to it."""
+"""Child processes of this package, each with a pipe."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _proxy(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
     return MappingProxyType(values)
 
 
-# Frozen descriptions and states hold read-only mappings, which Python does not pickle.
+# Descriptions and states have read-only mappings, which Python does not pickle.
 ForkingPickler.register(MappingProxyType, lambda proxy: (_proxy, (dict(proxy),)))
 
 
@@ -24,24 +24,23 @@ _NICENESS: Final = 5
 
 
 class Child(NamedTuple):
-    """A process, and this end of the pipe to it."""
+    """A child process, and this end of its pipe."""
 
     process: subprocess.Popen[bytes]
     connection: Connection
 
 
 def start(module: str, *, gives_way: bool) -> Child:
-    """Start a module of this package; it is given the other end of the pipe and this process's id.
+    """Start a module with the other end of a pipe and this process's id as arguments.
 
     Args:
-        module: full name of a module that runs as a program.
-        gives_way: whether all others come first where processors are short. Not where a client
-            waits: under load it would wait many times as long as for a service of a plain node.
+        module: full name of an executable module.
+        gives_way: whether it has a low priority; not for processes with waiting clients, which
+            would wait much longer under load.
     """
     ours, theirs = Pipe()
     words = ["-m", module, str(theirs.fileno()), str(os.getpid())]
-    # Not multiprocessing's own processes: they bring a third one along, and import the main
-    # module again.
+    # Not multiprocessing, which starts a third process and imports the main module again.
     process = subprocess.Popen(  # noqa: S603 - our own module
         [sys.executable, *words],
         pass_fds=[theirs.fileno()],
@@ -55,5 +54,5 @@ def start(module: str, *, gives_way: bool) -> Child:
 
 
 def _give_way(process: int) -> None:
-    with suppress(ProcessLookupError):  # it ended already, and whoever talks to it sees that
+    with suppress(ProcessLookupError):  # it has ended already; its user gets an error
         os.setpriority(os.PRIO_PROCESS, process, os.getpriority(os.PRIO_PROCESS, 0) + _NICENESS)

@@ -1,4 +1,4 @@
-"""All services, a line each."""
+"""The table of all services."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .trajectory_steps import PointsOfJoints, TrajectoryStep, points_of_joints, 
 
 
 class Lane(Enum):
-    """Where a call is worked on.
+    """The worker of a call.
 
-    Short calls never wait behind long ones, and the stream never behind any.
+    Short calls never wait for long ones, and the stream never waits for calls.
     """
 
     HERE = (
@@ -33,7 +33,7 @@ class Lane(Enum):
 
 @dataclass(frozen=True)
 class Service:
-    """One service: its name below ``~/``, its type, what answers it, and where."""
+    """One service: name below ``~/``, type, function and lane."""
 
     name: str
     kind: Any  # has Request and Response
@@ -55,7 +55,7 @@ TABLE: Final = (
     Service("convert_trajectory", srv.ConvertTrajectory, convert_trajectory, Lane.LONG),
     Service("describe_robot", srv.DescribeRobot, describe_robot, Lane.HERE),
 )
-# What actions ask of the processes; not offered as services.
+# Calls of actions, not offered as services.
 TRAJECTORY_STEP: Final = Service("trajectory_step", TrajectoryStep, trajectory_step, Lane.LONG)
 POINTS_OF_JOINTS: Final = Service("points_of_joints", PointsOfJoints, points_of_joints, Lane.SHORT)
 BY_NAME: Final = {service.name: service for service in (*TABLE, TRAJECTORY_STEP, POINTS_OF_JOINTS)}

@@ -1,4 +1,4 @@
-"""Trajectories in, of any independent joints or of the end effector; of the active joints out."""
+"""Conversion of trajectories of independent joints, or of the end effector, to active joints."""
 
 from __future__ import annotations
 
@@ -38,29 +38,29 @@ def convert_trajectory(
     request: ConvertTrajectory.Request,
     response: ConvertTrajectory.Response,
 ) -> None:
-    """A path or a trajectory as one of the active joints, checked."""
+    """Convert a path or a trajectory to a checked trajectory of the active joints."""
     task = TrajectoryTask(context, request)
     task.advance(context)
     task.fill(context.robot, response)
 
 
 class TrajectoryTask:
-    """The conversion of one request, done piece by piece; between two it can be pickled."""
+    """The conversion of one request in pieces; it can be pickled between pieces."""
 
     def __init__(self, context: ServiceContext, request: ConvertTrajectory.Request) -> None:
-        """Read the request.
+        """Parse the request.
 
         Args:
             context: the robot and how it stands.
-            request: what is asked for, of the service or as the goal of the action.
+            request: request of the service, or goal of the action.
 
         Raises:
-            RejectedError: the request cannot be used.
+            RejectedError: the request is wrong.
         """
         if bool(request.path) == bool(request.joints.points):
             text = "expected either points of joints or a path, and not both"
             raise RejectedError(RejectionCode.BAD_REQUEST, text)
-        # Nothing changes on the way.
+        # Conditions are constant during a conversion.
         self._situation = context.situation
         self._start = _start(context, request)
         self._search: PathSearch | None = None
@@ -75,14 +75,14 @@ class TrajectoryTask:
 
     @property
     def is_done(self) -> bool:
-        """Whether there is nothing more to do."""
+        """Whether the conversion is complete."""
         if self._conversion is not None:
             return self._conversion.is_done
         return self._search is not None and self._search.problem is not None
 
     @property
     def stage(self) -> Conversion | PathSearch:
-        """What is worked on: first a path is solved, then the motion is converted."""
+        """The present stage: the search along a path, then the conversion of the motion."""
         stage = self._conversion or self._search
         if stage is None:
             raise AssertionError("a task has one of them from the start")
@@ -95,11 +95,11 @@ class TrajectoryTask:
 
     @property
     def velocity_maps(self) -> tuple[FloatArray, FloatArray] | None:
-        """Largest absolute entries of R (n_s, n) along the way, and those at its end."""
+        """Largest absolute entries of R (n_s, n) along the motion, and those at its end."""
         return None if self._conversion is None else self._conversion.velocity_maps
 
     def advance(self, context: ServiceContext, budget: float = math.inf) -> None:
-        """Work on it, for about so long [s] where `budget` says so."""
+        """Continue the conversion, for about `budget` [s] if given."""
         end = monotonic() + budget
         context = ServiceContext(context.robot, self._situation)
         if self._conversion is None and self._search is not None:
@@ -122,13 +122,13 @@ class TrajectoryTask:
 
     def _conversion_of(self, context: ServiceContext, trajectory: SampledTrajectory) -> Conversion:
         near: ClosedState | None = self._start
-        # Active joints begin where they say, on the modes of the robot.
+        # A motion of the active joints starts at its first point, on the robot's modes.
         if trajectory.names == context.robot.active and context.mode is None:
             near = None
         return Conversion(trajectory.motion(), near)
 
     def fill(self, robot: Robot, response: ConvertTrajectory.Response) -> None:
-        """Write what came out into a response, or the result of the action."""
+        """Write the result to a response, or to the result of the action."""
         response.first_bad = -1
         response.first_bad_time = response.nearest_singularity = math.nan
         problem = None
@@ -148,11 +148,11 @@ class TrajectoryTask:
 def motion_of_joints(robot: Robot, message: JointTrajectory) -> SampledTrajectory:
     """A JointTrajectory as a motion.
 
-    All points have positions, and any of them velocities, accelerations or both. Idle joints need
-    not be named.
+    All points must have positions, and each may have velocities and accelerations. Idle joints may
+    be missing.
 
     Args:
-        robot: that moves.
+        robot: the robot.
         message: the trajectory.
 
     Raises:

@@ -1,8 +1,8 @@
-"""Trajectories of any independent joints as ones of the active joints, checked all the way.
+"""Conversion and check of trajectories, from any independent joints to the active joints.
 
 The motion is followed, so that no loop changes its assembly mode unnoticed. It is checked at the
 points and between them. The points of the outcome are so close that efforts are nearly linear
-between two of them. Knows no ROS.
+between two of them. It does not depend on ROS.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from ..messages.joint_samples import FloatArray, Rejection
 from .trajectory_follower import ConversionSettings, Follower, Sample
 from .trajectory_motion import SampledTrajectory, SmoothMotion
 
-_LEAST_SHARE: Final = 1e-6  # of the largest effort of all, below which one drive's is not resolved
-_LEAST_EFFORT: Final = 1e-9  # [N m or N] below which efforts are rounding
+_LEAST_SHARE: Final = 1e-6  # least effort of a drive, as a share of the largest effort
+_LEAST_EFFORT: Final = 1e-9  # [N m or N] smaller efforts are rounding
 
 
 @dataclass(frozen=True, eq=False)
 class ConvertedTrajectory:
-    """Points of the active joints, (k, n) each, as far as they are good.
+    """Valid points of the active joints, (k, n) each.
 
     Attributes:
         time: (k,) [s].
         position, velocity, acceleration: [rad or m, per s, per s^2].
         efforts: [N m or N].
-        nearest: smallest distance to a singularity on the way.
-        problem: what is wrong first, or None where all is good.
-        bad_point: the first point of the motion that is not reached, or -1.
-        bad_time: when the problem begins [s], or NaN.
+        nearest: smallest distance to a singularity along the motion.
+        problem: the first problem, or None.
+        bad_point: index of the first point that is not reached, or -1.
+        bad_time: time of the problem [s], or NaN.
     """
 
     time: FloatArray
@@ -55,16 +55,16 @@ def convert(
     near: ClosedState | None = None,
     settings: ConversionSettings | None = None,
 ) -> ConvertedTrajectory:
-    """The motion as one of the active joints; the first bad time ends it.
+    """Convert a motion to the active joints, up to the first problem.
 
     Args:
         robot: the robot.
-        trajectory: of any independent set of coordinates.
-        near: where it comes from; its assembly modes are kept. None: the reference configuration.
-        settings: how it is converted.
+        trajectory: trajectory of any independent set of coordinates.
+        near: the state before the motion, whose assembly modes are kept; None: the reference.
+        settings: settings of the conversion.
 
     Raises:
-        RejectedError: the times cannot be used.
+        RejectedError: the times are wrong.
     """
     conversion = Conversion(trajectory.motion(), near)
     conversion.advance(robot, settings or ConversionSettings())
@@ -72,34 +72,34 @@ def convert(
 
 
 class Conversion:
-    """A conversion that is done piece by piece; between two pieces it can be pickled."""
+    """A conversion in pieces; it can be pickled between pieces."""
 
     def __init__(self, motion: SmoothMotion, near: ClosedState | None) -> None:
-        """Nothing is converted so far.
+        """Start without results.
 
         Args:
-            motion: what is converted.
-            near: where it comes from, or None for the reference configuration.
+            motion: the motion.
+            near: the state before the motion; None: the reference.
         """
         self._motion, self._near = motion, near
-        self._next = 0  # interval
+        self._next = 0  # index of the next interval
         self._time: list[float] = []
         self._values: list[FloatArray] = []
         self._scale: FloatArray | None = None
         self._problem: Rejection | None = None
         self._bad = -1, np.nan
         self.nearest = 1.0
-        # largest entries of R along the way, and those at the end
+        # largest entries of R along the motion, and those at the end
         self.velocity_maps: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def is_done(self) -> bool:
-        """Whether there is nothing more to convert."""
+        """Whether the conversion is complete."""
         return self._problem is not None or self._next == self._motion.time.size - 1
 
     @property
     def reached(self) -> float:
-        """Up to where the motion is converted [s]."""
+        """Time up to which the motion is converted [s]."""
         return self._time[-1] if self._time else float(self._motion.time[0])
 
     @property
@@ -108,7 +108,7 @@ class Conversion:
         return self._next / (self._motion.time.size - 1)
 
     def advance(self, robot: Robot, settings: ConversionSettings, budget: float = np.inf) -> None:
-        """Convert, for about so long [s] where `budget` says so."""
+        """Continue the conversion, for about `budget` [s] if given."""
         end = monotonic() + budget
         follower = Follower(robot, self._motion, settings)
         if self._scale is None:
@@ -121,7 +121,7 @@ class Conversion:
         self._near = last.state
 
     def result(self) -> ConvertedTrajectory:
-        """What is converted."""
+        """The result so far."""
         count = len(self._values)
         n = 0 if not count else self._values[0].shape[1]
         values = np.array(self._values).reshape(count, 4, n)
@@ -140,7 +140,7 @@ class Conversion:
         )
 
     def _last(self, follower: Follower) -> Sample:
-        """The sample at which the next interval begins."""
+        """The sample at the start of the next interval."""
         last = follower.sample(float(self._motion.time[self._next]), self._near)
         if not self._time:
             self._take([last])
@@ -159,7 +159,7 @@ class Conversion:
         return first
 
     def _take(self, piece: Sequence[Sample]) -> None:
-        """Keep the last of some samples, and what is to be known of all."""
+        """Store the last of some samples, and update the summary with all."""
         last = piece[-1]
         good = [sample for sample in piece if sample.problem is None]
         for sample in good:
@@ -192,7 +192,7 @@ class Conversion:
             self._problem = Rejection(problem.code, f"{place}: {problem.text}")
 
     def _tolerance(self, follower: Follower) -> FloatArray:
-        """Tolerance of the effort of each active joint [N m or N]; infinite where none is set."""
+        """Tolerance (n,) of efforts of the active joints [N m or N]; infinite if not set."""
         sizes = [np.abs(values[3]) for values in self._values]
         if self._scale is not None:
             sizes.append(self._scale)

@@ -1,7 +1,7 @@
-"""Velocities and accelerations that points of a trajectory leave out. Knows no ROS.
+"""Estimation of missing velocities and accelerations of points. It does not depend on ROS.
 
-Where no point has any, a cubic spline through the positions begins and ends at rest. Elsewhere what
-a point leaves out is that of a polynomial through all that the point and its neighbours have.
+If all are missing, a cubic spline through the positions is used, at rest at both ends. Otherwise a
+polynomial is fitted to the given values of a point and its neighbours.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ..messages.joint_samples import FloatArray
 
 Mask = NDArray[np.bool_]
-_WINDOW: Final = 3  # points that a polynomial passes through
-# A polynomial is of lower degree where the least singular value is a smaller share of the greatest.
+_WINDOW: Final = 3  # points per polynomial
+# The degree is reduced if the smallest over the largest singular value is below this.
 _INDEPENDENT: Final = 1e-4
 
 
@@ -28,11 +28,11 @@ def completed(
     Args:
         time: (N,) [s], increasing; N is 2 or more.
         position: (N, n) [rad or m].
-        velocity: (N, n) [rad/s or m/s]; rows that are not given hold NaN.
-        acceleration: (N, n) [rad/s^2 or m/s^2]; rows that are not given hold NaN.
+        velocity: (N, n) [rad/s or m/s]; NaN in missing rows.
+        acceleration: (N, n) [rad/s^2 or m/s^2]; NaN in missing rows.
 
     Returns:
-        Two arrays (N, n); rows that were given are as they were.
+        Two arrays (N, n), with given rows unchanged.
     """
     has_velocity, has_acceleration = _is_given(velocity), _is_given(acceleration)
     if not has_velocity.any() and not has_acceleration.any():
@@ -46,7 +46,7 @@ def completed(
 
 
 class _Fit:
-    """Polynomials through what a point and its neighbours have."""
+    """Polynomials through the given values of points and their neighbours."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class _Fit:
         self._given = _is_given(self._values)
 
     def derivatives(self, wanted: Mask) -> tuple[FloatArray, FloatArray]:
-        """First and second derivatives (N, n) at the points that are wanted, NaN elsewhere."""
+        """First and second derivatives (N, n) at the points of a mask, NaN elsewhere."""
         first = np.full(self._values.shape[1:], np.nan)
         second = first.copy()
         for points, windows, given in self._groups(np.flatnonzero(wanted)):
@@ -70,7 +70,7 @@ class _Fit:
     def _groups(
         self, points: NDArray[np.intp]
     ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], Mask]]:
-        """Points whose windows have the same given values: points, windows (K, w), mask (3, w)."""
+        """Groups of points with the same given values: points, windows (K, w), mask (3, w)."""
         count = self._time.size
         width = min(_WINDOW, count)
         starts = np.clip(points - 1, 0, count - width)
@@ -90,7 +90,7 @@ class _Fit:
         first: FloatArray,
         second: FloatArray,
     ) -> None:
-        """Fill in the derivatives at the points, from the highest degree that is determined."""
+        """Set the derivatives at the points, from the highest determined degree."""
         offsets = self._time[windows] - self._time[points][:, None]
         spans = np.abs(offsets).max(axis=1)
         values = self._values[:, windows].swapaxes(0, 1)
@@ -115,7 +115,7 @@ class _Fit:
 
 
 def _is_given(values: FloatArray) -> Mask:
-    """Which rows hold numbers."""
+    """Mask of rows with numbers."""
     return np.asarray(np.isfinite(values).all(axis=-1))
 
 

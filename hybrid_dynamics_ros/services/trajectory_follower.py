@@ -1,4 +1,4 @@
-"""Follows a motion from sample to sample, and finds where it first goes wrong. Knows no ROS."""
+"""Following of a motion from sample to sample, up to the first problem."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from ..messages.joint_samples import FloatArray, OrderedMotion, Rejection, rejec
 from .trajectory_limits import MotionLimits
 from .trajectory_motion import SmoothMotion
 
-_MOST_HALVINGS: Final = 10  # of an interval between two points
-_SHARE_OF_TIME: Final = 1e-6  # of an interval, to which the first bad time is found
-_MOST_SURVEYED: Final = 33  # points from which the size of the efforts is taken
-_MOST_REFINEMENTS: Final = 5  # of where a margin is least
-_LEAST_SHARE_OF_SPAN: Final = 1e-3  # of an interval, between two samples of these
-_PARABOLA_ERROR: Final = 0.5  # share of how much three margins differ
+_MOST_HALVINGS: Final = 10  # of an interval between points
+_SHARE_OF_TIME: Final = 1e-6  # precision of the first bad time, as a share of an interval
+_MOST_SURVEYED: Final = 33  # points for an estimate of the largest efforts
+_MOST_REFINEMENTS: Final = 5  # refinements at the minimum of a margin
+_LEAST_SHARE_OF_SPAN: Final = 1e-3  # least distance of such samples, as a share of an interval
+_PARABOLA_ERROR: Final = 0.5  # of a parabola, as a share of the range of its margins
 _MOST_LOOKED_AHEAD: Final = 9  # moments at which is looked how far a motion goes beyond a bound
 _QUARTERS: Final = np.array([0.25, 0.5, 0.75])
-# Between the quarters a smooth effort may be further off a line than at them.
+# Factor for the deviation of smooth efforts between the quarter points.
 _CAUTION: Final = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class ConversionSettings:
-    """How a motion is converted.
+    """Settings of a conversion.
 
     Attributes:
-        loads: what acts on the robot; None: what its file says.
-        least: a state nearer to a singularity than this is bad, 0 singular, 1 best.
-        tolerance: efforts between two points are linear within this share of the largest effort of
-            each drive; 0: the points are those of the motion.
+        loads: loads on the robot; None: those of its description.
+        least: least allowed distance to a singularity, 0 singular, 1 best.
+        tolerance: largest deviation of efforts from linear between two points, as a share of each
+            drive's largest effort; 0: keep the points of the motion.
     """
 
     loads: Loads | None = None
@@ -47,8 +47,8 @@ class ConversionSettings:
 class Sample(NamedTuple):
     """One moment of the motion.
 
-    `values` are position, velocity, acceleration and effort of the active joints (4, n). Where the
-    loops do not close, there are only time and problem.
+    `values` are position, velocity, acceleration and effort of the active joints (4, n). If the
+    loops do not close, only time and problem are set.
     """
 
     time: float
@@ -66,7 +66,7 @@ class Follower:
         self._limits = MotionLimits(robot, settings.least)
 
     def allowed(self, largest: FloatArray) -> FloatArray:
-        """How far efforts between two samples may be off a line [N m or N]."""
+        """Largest allowed deviation (n,) of efforts from linear between samples [N m or N]."""
         tolerance = self._settings.tolerance
         return tolerance * largest if tolerance > 0.0 else np.full_like(largest, np.inf)
 
@@ -86,7 +86,7 @@ class Follower:
         return largest
 
     def sample(self, moment: float, near: ClosedState | None) -> Sample:
-        """The motion at a time [s], followed from a state nearby."""
+        """The sample at a time [s], followed from a nearby state."""
         robot, point = self._robot, self._motion.at(moment)
         try:
             state, acceleration = _close(robot, self._motion.names, point, near)
@@ -106,9 +106,9 @@ class Follower:
         A piece whose last sample has a problem is the last one.
 
         Args:
-            first: where the interval begins.
-            end: where it ends [s].
-            allowed: deviations of efforts from a line (n,) [N m or N].
+            first: sample at the start of the interval.
+            end: end of the interval [s].
+            allowed: allowed deviations of efforts from linear (n,) [N m or N].
         """
         span = end - first.time
         times = [*(first.time + _QUARTERS * span).tolist(), end]
@@ -125,7 +125,7 @@ class Follower:
             todo += [(self._checked(half, span), halvings + 1) for half in reversed(halves)]
 
     def _following(self, first: Sample, times: Sequence[float]) -> list[Sample]:
-        """The samples at some times, as far as they are good."""
+        """The samples at some times, up to the first problem."""
         samples = [first]
         for moment in times:
             samples.append(self.sample(moment, samples[-1].state))
@@ -134,7 +134,7 @@ class Follower:
         return samples
 
     def _denser(self, samples: Sequence[Sample]) -> list[Sample]:
-        """Samples, and one more between each two of them."""
+        """The samples, with one more between each two."""
         denser = [samples[0]]
         for before, after in pairwise(samples):
             middle = self.sample(0.5 * (before.time + after.time), before.state)
@@ -142,7 +142,7 @@ class Follower:
         return denser
 
     def _checked(self, samples: list[Sample], span: float) -> list[Sample]:
-        """The samples up to the first bad moment among and between them."""
+        """The samples up to the first problem at or between them."""
         dense = samples
         for _ in range(_MOST_REFINEMENTS):
             moments = _dips(dense, _LEAST_SHARE_OF_SPAN * span)
@@ -180,7 +180,7 @@ class Follower:
         return bad._replace(problem=replace(bad.problem, text=text))
 
     def _with(self, samples: Sequence[Sample], moments: Sequence[float]) -> list[Sample]:
-        """Samples, and those at some moments between them, as far as they are good."""
+        """The samples, with further ones at some times, up to the first problem."""
         merged: list[Sample] = []
         by_time = {sample.time: sample for sample in samples}
         for moment in sorted({*by_time, *moments}):
@@ -219,7 +219,7 @@ def _close(
 
 
 def _is_linear(samples: Sequence[Sample], allowed: FloatArray) -> bool:
-    """Whether the efforts of five equidistant samples are nearly on a line."""
+    """Whether the efforts of five equidistant samples are almost linear."""
     efforts = np.array([sample.values[3] for sample in samples])
     share = _QUARTERS[:, None]
     line = (1.0 - share) * efforts[0] + share * efforts[-1]
@@ -227,14 +227,14 @@ def _is_linear(samples: Sequence[Sample], allowed: FloatArray) -> bool:
 
 
 def _dips(samples: Sequence[Sample], least_step: float) -> list[float]:
-    """Moments at which a margin may be negative while it is not at the samples around.
+    """Times between samples at which a margin may be negative.
 
-    They are the lowest places of parabolas through three samples. A parabola may be off by a share
-    of how much the margins differ.
+    They are minima of parabolas through three samples. The assumed error of a parabola is a share
+    of the range of its margins.
 
     Args:
-        samples: in the order of time; all but the last are good.
-        least_step: to the next sample [s], below which there is nothing to be seen.
+        samples: samples in the order of time; all except the last are good.
+        least_step: least distance to the next sample [s].
     """
     moments: list[float] = []
     times = np.array([sample.time for sample in samples])
@@ -246,7 +246,7 @@ def _dips(samples: Sequence[Sample], least_step: float) -> list[float]:
 
 
 def _lowest(triple: Sequence[Sample]) -> list[float]:
-    """Times of the lowest places, near or below zero, of parabolas through margins."""
+    """Times of minima, near or below zero, of parabolas through margins."""
     (t0, g0), (t1, g1), (t2, g2) = [(sample.time, sample.margins) for sample in triple]
     slope = (g1 - g0) / (t1 - t0)
     curvature = ((g2 - g1) / (t2 - t1) - slope) / (t2 - t0)

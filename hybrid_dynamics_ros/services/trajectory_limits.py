@@ -1,6 +1,6 @@
-"""What a robot must not pass on its way: limits, singular places, rates, efforts, pressures, power.
+"""Bounds of a motion: limits, singularities, rates, efforts, pressures, power.
 
-Knows no ROS.
+This module does not depend on ROS.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from ..messages.joint_samples import FloatArray, Rejection, RejectionCode
 from ..stream.stroke_margins import StrokeMargins
 
-_ROUNDING: Final = 1e-9  # [rad or m], or share of a limit, that it may be passed by
+_ROUNDING: Final = 1e-9  # [rad or m], or share of a limit, by which it may be exceeded
 
 
 class _Bound(NamedTuple):
-    """One number that has to stay within a range.
+    """One quantity that must stay within a range.
 
-    `words` begin a sentence that the number ends, and `expected` says what the range is.
+    `words` are the beginning of a sentence that ends with the value. `expected` is a text on the
+    range.
     """
 
     words: str
@@ -34,14 +35,14 @@ class _Bound(NamedTuple):
 
 
 class MotionLimits:
-    """Margins of a state to all that bounds the motion; each is zero at its bound."""
+    """Margins of a state to all bounds of the motion; each is zero at its bound."""
 
     def __init__(self, robot: Robot, least: float) -> None:
-        """Bounds of a robot.
+        """Collect the bounds of a robot.
 
         Args:
             robot: the robot.
-            least: nearest distance to a singularity, 0 singular, 1 best.
+            least: least allowed distance to a singularity, 0 singular, 1 best.
         """
         self._robot, self._least = robot, least
         self._bounds: list[_Bound] = []
@@ -56,11 +57,11 @@ class MotionLimits:
         self._upper = np.array([*highest, np.inf])
 
     def margins(self, state: ClosedState, efforts: FloatArray) -> FloatArray:
-        """To each bound (k,), negative beyond it; in the order of `problem`.
+        """Margin to each bound (k,), negative beyond it, in the order of `problem`.
 
         Args:
             state: closed state.
-            efforts: of the active joints (n,) [N m or N].
+            efforts: efforts of the active joints (n,) [N m or N].
 
         Raises:
             SingularityError: the drives cannot give these efforts.
@@ -69,7 +70,7 @@ class MotionLimits:
         return np.asarray(np.minimum(values - self._lower, self._upper - values))
 
     def problem(self, state: ClosedState, efforts: FloatArray) -> Rejection | None:
-        """The first bound that is passed, in words, or None."""
+        """The rejection for the first exceeded bound, or None."""
         values = self._values(state, efforts)
         beyond = np.flatnonzero((values < self._lower) | (values > self._upper))
         if not beyond.size:
@@ -94,7 +95,7 @@ class MotionLimits:
         return f"{-margin:.6g}{unit}"
 
     def _values(self, state: ClosedState, efforts: FloatArray) -> FloatArray:
-        """What each bound is about (k,)."""
+        """The bounded quantities (k,)."""
         forces, pressures, powers = self._drive_values(state, efforts)
         return np.concatenate(
             [
@@ -108,7 +109,7 @@ class MotionLimits:
         )
 
     def _bound_coordinates(self) -> list[int]:
-        """Places of the coordinates with limits; their bounds are added."""
+        """Add bounds of coordinates with limits; returns their indices."""
         strokes, limited = StrokeMargins(self._robot), []
         for name, unit in zip(strokes.joints, strokes.units, strict=True):
             place = self._robot.coordinates.index(name)
@@ -120,7 +121,7 @@ class MotionLimits:
         return limited
 
     def _bound_rates(self) -> list[int]:
-        """Places of the coordinates with a largest rate; their bounds are added."""
+        """Add bounds of rates; returns the indices of their coordinates."""
         robot = self._robot
         fast = []
         for place, name in enumerate(robot.coordinates):
@@ -131,7 +132,7 @@ class MotionLimits:
         return fast
 
     def _bound_efforts(self) -> list[str]:
-        """Drives with a largest effort; their bounds are added."""
+        """Add bounds of efforts; returns the names of their drives."""
         robot = self._robot
         limited = []
         for name in robot.drives:
@@ -141,7 +142,7 @@ class MotionLimits:
         return limited
 
     def _bound_pressures(self) -> dict[str, HydraulicCylinder]:
-        """Cylinders of the drives that have a supply; their bounds are added."""
+        """Add bounds of pressures; returns cylinders with a supply pressure, by joint."""
         cylinders = {}
         for name in self._robot.drives:
             cylinder = self._robot.cylinders.get(name)
@@ -153,7 +154,7 @@ class MotionLimits:
         return cylinders
 
     def _bound_powers(self) -> dict[str, int]:
-        """Places of the drives with a largest power; their bounds are added."""
+        """Add bounds of power; returns the indices of their drives."""
         robot = self._robot
         places = {}
         for name in robot.drives:
@@ -163,7 +164,7 @@ class MotionLimits:
         return places
 
     def _bound_size(self, words: str, unit: str, most: float, what: str = "") -> bool:
-        """Add a bound of a number's size; False where there is none."""
+        """Add a bound of an absolute value; returns False if it is infinite."""
         if not np.isfinite(most):
             return False
         upper = (1.0 + _ROUNDING) * most
@@ -179,7 +180,7 @@ class MotionLimits:
     def _drive_values(
         self, state: ClosedState, efforts: FloatArray
     ) -> tuple[list[float], list[float], list[float]]:
-        """Of the drives with limits: forces, the highest pressure of each cylinder [Pa], power [W].
+        """Bounded quantities of drives: forces, highest pressure of each cylinder [Pa], power [W].
 
         A drive gives power where its force and its rate have the same sign, else it takes power.
         """

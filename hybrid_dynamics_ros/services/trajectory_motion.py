@@ -1,4 +1,4 @@
-"""Motions through the points of a trajectory, and those along a path. Knows no ROS."""
+"""Motions through points of a trajectory, and along a path. It does not depend on ROS."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Point = tuple[FloatArray, FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class SampledTrajectory:
-    """Named coordinates over time.
+    """A trajectory of named coordinates.
 
     Attributes:
-        names: of n coordinates.
+        names: names of n coordinates.
         time: (N,) [s].
         position: (N, n) [rad or m].
-        velocity: (N, n) [rad/s or m/s], or None; rows that are not given hold NaN.
-        acceleration: (N, n) [rad/s^2 or m/s^2], or None; rows that are not given hold NaN.
+        velocity: (N, n) [rad/s or m/s], or None; NaN in missing rows.
+        acceleration: (N, n) [rad/s^2 or m/s^2], or None; NaN in missing rows.
     """
 
     names: tuple[str, ...]
@@ -41,7 +41,7 @@ class SampledTrajectory:
     acceleration: FloatArray | None = None
 
     def motion(self) -> SmoothMotion:
-        """The motion through all points, and between them.
+        """The smooth motion through all points.
 
         Raises:
             RejectedError: a time is negative, times do not increase, or there are too few points.
@@ -55,10 +55,10 @@ class SampledTrajectory:
 
 
 def require_times(time: FloatArray) -> None:
-    """Refuse times of points (N,) [s] that no motion can have.
+    """Check the times (N,) [s] of points.
 
     Raises:
-        RejectedError: one is negative, they do not increase, or there are fewer than two.
+        RejectedError: a time is negative, times do not increase, or there are fewer than two.
     """
     if time.size < 2:
         raise RejectedError(RejectionCode.BAD_REQUEST, f"{time.size} points, expected 2 or more")
@@ -76,12 +76,12 @@ def require_times(time: FloatArray) -> None:
 class SmoothMotion:
     """Named coordinates as smooth functions of time.
 
-    Between two points they are polynomials of degree five, which have the positions, velocities and
-    accelerations of both. A joint_trajectory_controller moves in the same way.
+    Between two points they are quintic polynomials with the positions, velocities and accelerations
+    of both, as in joint_trajectory_controller.
 
     Attributes:
-        names: of n coordinates.
-        time: of N points (N,) [s].
+        names: names of n coordinates.
+        time: times of N points (N,) [s].
         position, velocity, acceleration: at the points (N, n) [rad or m, per s, per s^2].
     """
 
@@ -116,7 +116,7 @@ class SmoothMotion:
         return float(self.time[min(int(following), self.time.size - 1)])
 
     def _coefficients(self, k: int, span: float) -> FloatArray:
-        """Coefficients (6, n) of the quintic of interval k in time over the interval's length."""
+        """Coefficients (6, n) of the quintic of interval k, in normalised time."""
         start, end = self._scaled(k, span), self._scaled(k + 1, span)
         lower = np.stack([start[0], start[1], 0.5 * start[2]])
         reached = np.stack([lower.sum(axis=0), lower[1] + 2.0 * lower[2], 2.0 * lower[2]])
@@ -128,9 +128,9 @@ class SmoothMotion:
 
 
 class PathSearch:
-    """Active joints along poses of the end effector, each solved from the one before.
+    """Inverse kinematics along poses of the end effector, each solved from the one before.
 
-    It is done piece by piece; between two pieces it can be pickled.
+    It works in pieces, and can be pickled between pieces.
     """
 
     def __init__(
@@ -140,26 +140,26 @@ class PathSearch:
         start: FloatArray,
         near: ClosedState | None = None,
     ) -> None:
-        """Nothing is solved so far.
+        """Start without results.
 
         Args:
             time: (N,) [s].
             poses: N poses, or positions (3,) [m], in the base frame.
-            start: active joints where the search begins (n,).
+            start: active joints (n,) at the start of the search [rad or m].
             near: a closed state whose assembly modes are kept; the robot's own if None.
         """
         self._time, self._poses, self._start, self._near = time, poses, start, near
         self._rows: list[FloatArray] = []
-        self.problem: Rejection | None = None  # with the first pose that is not reached
+        self.problem: Rejection | None = None  # of the first pose that is not reached
 
     @property
     def is_done(self) -> bool:
-        """Whether there is nothing more to solve."""
+        """Whether the search is complete."""
         return self.problem is not None or self.count == len(self._poses)
 
     @property
     def count(self) -> int:
-        """How many poses are solved."""
+        """Number of solved poses."""
         return len(self._rows)
 
     @property
@@ -169,16 +169,16 @@ class PathSearch:
 
     @property
     def reached(self) -> float:
-        """Up to where the path is solved [s]."""
+        """Time up to which the path is solved [s]."""
         return float(self._time[max(self.count - 1, 0)])
 
     @property
     def next_time(self) -> float:
-        """Time of the first pose that is not solved yet [s]."""
+        """Time of the first unsolved pose [s]."""
         return float(self._time[self.count])
 
     def advance(self, robot: Robot, budget: float = math.inf) -> None:
-        """Solve, for about so long [s] where `budget` says so."""
+        """Continue the search, for about `budget` [s] if given."""
         end = monotonic() + budget
         while not self.is_done:
             self._solve_next(robot)
@@ -186,7 +186,7 @@ class PathSearch:
                 break
 
     def trajectory(self, robot: Robot) -> SampledTrajectory:
-        """The motion of the active joints as far as poses are reached."""
+        """The motion of the active joints up to the last reached pose."""
         reached = np.array(self._rows).reshape(-1, len(robot.active))
         return SampledTrajectory(robot.active, self._time[: len(reached)], reached)
 

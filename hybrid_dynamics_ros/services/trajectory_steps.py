@@ -1,7 +1,7 @@
-"""Conversions in short pieces, so that an action can tell how far it is and be cancelled.
+"""Conversions in short pieces, so that an action can give feedback and be cancelled.
 
-A piece is a call of a worker as any other: it gets what is done so far, and gives back a little
-more. It changes nothing, so that it may be tried again. Knows no rclpy.
+A piece is an ordinary call of a worker: it receives the partial result, and returns an extended
+one. It has no side effects, so that it may be repeated. This module does not depend on rclpy.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .context import ServiceContext
 from .trajectory import TrajectoryTask
 from .trajectory_motion import PathSearch
 
-BUDGET: Final = 0.2  # [s] that a piece takes about
+BUDGET: Final = 0.2  # [s] approximate time of a piece
 
 
 class TrajectoryStep:
@@ -30,12 +30,12 @@ class TrajectoryStep:
 
     @dataclass
     class Request:
-        """What to work on.
+        """The request of a piece.
 
         Attributes:
-            goal: what is asked for: a request of the service or a goal of the action.
-            task: what is done so far; None before the first piece.
-            joints: names whose `JointMaps` are wanted.
+            goal: request of the service, or goal of the action.
+            task: the partial result; None before the first piece.
+            joints: names of joints for `JointMaps`.
         """
 
         goal: Any = None
@@ -44,13 +44,13 @@ class TrajectoryStep:
 
     @dataclass
     class Response:
-        """What is done.
+        """The response of a piece.
 
         Attributes:
-            error_code, error_text: why nothing more can be done.
-            task: to go on with; None where all is done.
-            answer: where all is done.
-            maps: where all is done.
+            error_code, error_text: why the conversion failed.
+            task: the partial result; None if complete.
+            answer: the result, if complete.
+            maps: the joint maps, if complete.
             stage, progress, reached, nearest: as in the action's feedback.
         """
 
@@ -67,11 +67,11 @@ class TrajectoryStep:
 
 @dataclass(frozen=True, eq=False)
 class JointMaps:
-    """How much rates of joints are at most, for unit rates of active joints.
+    """Largest rates of joints per unit rate of active joints.
 
     Attributes:
-        joints: k names.
-        active: n names.
+        joints: names of k joints.
+        active: names of n active joints.
         on_the_way: (k, n) largest absolute entries along the motion.
         at_the_end: (k, n) absolute entries at its end.
     """
@@ -85,7 +85,7 @@ class JointMaps:
 def trajectory_step(
     context: ServiceContext, request: TrajectoryStep.Request, response: TrajectoryStep.Response
 ) -> None:
-    """Work on a conversion for a while."""
+    """Do one piece of a conversion."""
     task = request.task or TrajectoryTask(context, request.goal)
     task.advance(context, BUDGET)
     stage = task.stage
@@ -101,7 +101,7 @@ def trajectory_step(
 
 
 def _maps(robot: Robot, task: TrajectoryTask, joints: Sequence[str]) -> JointMaps | None:
-    """How the joints move with the active ones along what was converted."""
+    """The joint maps along the converted motion, or None."""
     names = tuple(name for name in joints if name in robot.coordinates)
     if task.velocity_maps is None or not names:
         return None
@@ -111,16 +111,16 @@ def _maps(robot: Robot, task: TrajectoryTask, joints: Sequence[str]) -> JointMap
 
 
 class PointsOfJoints:
-    """Points of the active joints as points of other joints."""
+    """Conversion of points of the active joints to points of other joints."""
 
     @dataclass
     class Request:
-        """What to convert.
+        """The request.
 
         Attributes:
-            names: of the joints of the points.
-            points: with positions, and velocities or accelerations where there are any.
-            joints: whose points are wanted.
+            names: names of the points' joints.
+            points: points with positions, and optional velocities or accelerations.
+            joints: names of the requested joints.
         """
 
         names: Sequence[str] = ()

@@ -1,12 +1,12 @@
-"""The process that answers service calls: started by `worker_pool`, never by people.
+"""The program of the process that answers service calls, started by `worker_pool` only.
 
-It talks with the node through one pipe. Both ends send pickled objects:
+It is connected with the node by a pipe. Both ends send pickled objects:
 
-1. The node sends a RobotDescription. The process makes the robot and sends None: it is ready.
+1. The node sends a RobotDescription. The process makes the robot, and sends None when it is ready.
 2. For each call, the node sends (name of the service, request, Situation). The process sends
    (response, ConditionChange or None).
 
-The process ends where the node closes the pipe or is gone.
+The process ends when the node closes the pipe or ends.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from .context import ServiceContext
 from .table import BY_NAME
 
 Serve = Callable[[Connection, Robot], None]
-_CHECK_PERIOD: Final = 0.2  # [s] between two checks whether the node is still there
+_CHECK_PERIOD: Final = 0.2  # [s] between checks whether the node is running
 
 
 def main(descriptor: int, parent: int, serve: Serve) -> None:
-    """Make a robot from what the node sends, then serve the node until it is gone.
+    """Make a robot from the node's description, then serve the node until it ends.
 
     Args:
         descriptor: file descriptor of this end of the pipe.
         parent: process id of the node.
-        serve: what to do with the pipe and the robot.
+        serve: function of the pipe and the robot.
     """
-    # Ctrl-C reaches all processes of a terminal: the node ends this one.
+    # Ctrl-C reaches all processes of a terminal, but the node ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_exit_with_node, args=(parent,), daemon=True).start()
     connection = Connection(descriptor)
@@ -48,18 +48,18 @@ def main(descriptor: int, parent: int, serve: Serve) -> None:
         description = connection.recv()
     except (EOFError, OSError):  # the node is gone
         return
-    robot = Robot(description)  # a fault here is not the pipe's: it ends the process with its text
+    robot = Robot(description)  # an error here ends the process with its text
     with suppress(EOFError, OSError):  # the node is gone
         serve(connection, robot)
 
 
 def answer_calls(connection: Connection, robot: Robot) -> None:
-    """Say that the robot is ready, then answer one call after the other.
+    """Report that the robot is ready, then answer calls.
 
     Raises:
-        EOFError, OSError: the node has closed the pipe, or is gone.
+        EOFError, OSError: the node has closed the pipe, or has ended.
     """
-    # What a robot is made of stays: a collection through all of it would hold up a call.
+    # The robot's objects are frozen, since their garbage collection would delay calls.
     gc.collect()
     gc.freeze()
     connection.send(None)  # ready
@@ -71,7 +71,7 @@ def answer_calls(connection: Connection, robot: Robot) -> None:
 
 
 def _exit_with_node(parent: int) -> None:
-    """Exit once the node is gone, in the middle of a call too.
+    """Exit when the node has ended, even during a call.
 
     Args:
         parent: process id of the node.

@@ -1,8 +1,8 @@
-"""Processes beside the node that answer service calls, so that the stream never waits for one.
+"""Worker processes that answer service calls, so that the stream never waits.
 
-One process and one thread of the node for each lane: the thread hands over a job, waits without
-holding the interpreter, and passes on what comes back. A process that dies or takes too long is
-replaced. Knows no rclpy.
+Each lane has one process and one thread of the node. The thread sends a job, waits without the GIL,
+and passes the response on. A process that dies or takes too long is replaced. This module does not
+depend on rclpy.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from .processes import start
 from .table import BY_NAME, Lane
 
 Done = Callable[[Any, ConditionChange | None], None]
-_START_TIMEOUT: Final = 60.0  # [s] for a process to import all it needs
-_ATTEMPTS: Final = 2  # to answer a call whose process ends
-_EARLY: Final = 5.0  # [s] within which a process is young
-_MOST_EARLY: Final = 10  # young processes that are replaced, one after the other
-_END_TIMEOUT: Final = 5.0  # [s] for a thread to see that it is over
+_START_TIMEOUT: Final = 60.0  # [s] for a process to start
+_ATTEMPTS: Final = 2  # for a call whose process ends
+_EARLY: Final = 5.0  # [s] a process that ends earlier failed at its start
+_MOST_EARLY: Final = 10  # consecutive early failures after which a process is not replaced at once
+_END_TIMEOUT: Final = 5.0  # [s] for a thread to end
 
 
 @dataclass(frozen=True)
 class ServiceCall:
-    """A call to answer.
+    """A service call.
 
     Attributes:
-        service: its name.
+        service: name of the service.
         request: the request message.
-        situation: how things stand.
-        timeout: how long it may take [s].
-        done: is given the response, and the change that the call makes.
+        situation: situation of the robot.
+        timeout: longest time [s].
+        done: called with the response, and a change of conditions or None.
     """
 
     service: str
@@ -52,7 +52,7 @@ class ServiceCall:
     done: Done = field(compare=False)
 
     def refuse(self, code: RejectionCode, text: str) -> None:
-        """Answer it with a reason instead."""
+        """Answer with an error."""
         self.done(refused(BY_NAME[self.service].kind.Response(), Rejection(code, text)), None)
 
 
@@ -60,22 +60,22 @@ class WorkerPool:
     """The processes of one robot."""
 
     def __init__(self, description: RobotDescription) -> None:
-        """Start them; a first call waits until its process is up."""
+        """Start the processes; the first calls wait until they are ready."""
         self._lanes = {
             lane: _Worker(lane.name.lower(), description, gives_way=lane is Lane.LONG)
             for lane in (Lane.SHORT, Lane.SEARCH, Lane.LONG)
         }
 
     def submit(self, lane: Lane, job: ServiceCall, most: int) -> None:
-        """Have a job done; with ``most`` jobs waiting already it is refused at once."""
+        """Submit a job; it is refused at once if ``most`` jobs are pending."""
         self._lanes[lane].submit(job, most)
 
     def report(self) -> list[StatusEntry]:
-        """How the processes are, each by its lane; it warns of those that were replaced."""
+        """Diagnostics of the processes by lane, with warnings of replaced ones."""
         return [worker.report() for worker in self._lanes.values()]
 
     def close(self) -> None:
-        """End the processes; jobs that wait are refused."""
+        """End the processes; pending jobs are refused."""
         for worker in self._lanes.values():
             worker.stop()
         for worker in self._lanes.values():
@@ -83,16 +83,16 @@ class WorkerPool:
 
 
 class _Worker:
-    """One process, and the thread that talks to it."""
+    """One process and its thread."""
 
     def __init__(self, name: str, description: RobotDescription, *, gives_way: bool) -> None:
         self._name, self._description, self._gives_way = name, description, gives_way
-        # Calls, and processes that ended; None: there will be no more.
+        # Jobs and ended processes; None: end of the queue.
         self._jobs: queue.SimpleQueue[ServiceCall | subprocess.Popen[bytes] | None]
         self._jobs = queue.SimpleQueue()
-        self._ends = 0  # of its processes so far, killed ones and those that took too long
+        self._ends = 0  # number of ended processes, by death or timeout
         self._reported_ends = 0
-        self._early_ends = 0  # one after the other, of processes that were young
+        self._early_ends = 0  # consecutive early failures
         self._stopping = False
         self._start()
         self._thread = threading.Thread(target=self._run, name=f"{name} services", daemon=True)
@@ -117,7 +117,7 @@ class _Worker:
     def stop(self) -> None:
         self._stopping = True
         self._jobs.put(None)
-        self._process.kill()  # it holds nothing that would have to be saved
+        self._process.kill()  # it has no data to save
 
     def join(self) -> None:
         self._thread.join(_END_TIMEOUT)
@@ -136,9 +136,9 @@ class _Worker:
         self._jobs.put(process)
 
     def _replace(self, ended: subprocess.Popen[bytes]) -> None:
-        """Replace a process that ended, unless that is done already.
+        """Replace an ended process, unless it was replaced already.
 
-        Where all end early, a call has to come first.
+        After too many early failures it is replaced only at the next call.
         """
         if ended is not self._process:
             return
@@ -163,7 +163,7 @@ class _Worker:
                 self._replace(job)
 
     def _answer(self, job: ServiceCall) -> None:
-        """Answer a call; once more where its process ends, since no answer changes anything."""
+        """Answer a call; it is repeated if the process ends, since calls have no side effects."""
         for _ in range(_ATTEMPTS):
             if self._stopping:
                 job.refuse(RejectionCode.NOT_READY, "the node is being cleaned up")

@@ -1,1 +1,1 @@
-"""From a joint state to its results: the pipeline of the live node. Knows no rclpy."""
+"""The pipeline from joint states to results. It does not depend on rclpy."""

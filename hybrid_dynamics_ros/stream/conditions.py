@@ -1,6 +1,6 @@
-"""What may change while the robot stays the same: gravity, payloads and assembly modes.
+"""Conditions of a robot that may change: gravity, payloads and assembly modes.
 
-Plain values: they travel to the processes that answer service calls.
+They are plain data, and are sent to worker processes.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Floats = tuple[float, ...]
 
 @dataclass(frozen=True)
 class PayloadBody:
-    """A payload, in the axes of its frame.
+    """A payload in frame axes.
 
     Attributes:
         mass: [kg].
@@ -65,12 +65,12 @@ NO_PAYLOAD: Final = PayloadBody(0.0, (0.0,) * 3, (0.0,) * 6)
 
 @dataclass(frozen=True)
 class Conditions:
-    """What holds now.
+    """The present conditions.
 
     Attributes:
-        gravity: (3,) [m/s^2]; None: that of the robot file.
-        payloads: by frame.
-        mode: a state whose assembly modes are kept; None: those of the robot file.
+        gravity: (3,) [m/s^2]; None for that of the robot file.
+        payloads: payloads by frame.
+        mode: a state whose assembly modes are kept; None for those of the robot file.
     """
 
     gravity: Floats | None = None
@@ -90,12 +90,12 @@ class Conditions:
     ) -> Conditions:
         """These conditions with gravity and payload of the parameters.
 
-        What a call has set stays while the parameters do not change.
+        Values set by calls are kept if the parameters did not change.
 
         Args:
             settings: the parameters.
-            before: those that were taken before, or None.
-            end_effector: frame of the payload where the parameters name none.
+            before: the previous parameters, or None.
+            end_effector: default frame of the payload.
         """
         changed = replace(self, gravity=settings[GRAVITY])
         if before is not None:
@@ -108,7 +108,7 @@ class Conditions:
 
 @dataclass(frozen=True)
 class NewPayload:
-    """A change that a call makes: another payload at a frame."""
+    """A change by a call: another payload at a frame."""
 
     frame: str
     body: PayloadBody
@@ -127,7 +127,7 @@ class NewPayload:
 
 @dataclass(frozen=True)
 class NewMode:
-    """A change that a call makes: other assembly modes, those of a closed state."""
+    """A change by a call: the assembly modes of a closed state."""
 
     mode: ClosedState
 
@@ -145,10 +145,10 @@ ConditionChange = NewPayload | NewMode
 
 
 def loads_of(robot: Robot, conditions: Conditions) -> Loads:
-    """Everything that acts on the robot under the conditions.
+    """The loads on the robot under the conditions.
 
     Raises:
-        InputError: there is no such frame, or no rigid body has such an inertia.
+        InputError: a frame is unknown, or an inertia is impossible.
     """
     loads = robot.loads
     if conditions.gravity is not None:
@@ -161,14 +161,14 @@ def loads_of(robot: Robot, conditions: Conditions) -> Loads:
 
 
 def kalman_of(settings: NodeSettings) -> Kalman | None:
-    """The Kalman filter that estimates rates; None where polynomials do."""
+    """Settings of the Kalman filter; None for polynomial filters."""
     if settings[FILTER_TYPE] != KALMAN:
         return None
     return Kalman(settings[KALMAN_BANDWIDTH], settings[VELOCITY_NOISE])
 
 
 def calibration_of(settings: NodeSettings, joints: tuple[str, ...]) -> Calibration | None:
-    """What the sensors need; None where they read the coordinates themselves."""
+    """Calibration of the sensors; None if they read the coordinates themselves."""
     rows = [_sensor(settings, joint) for joint in joints]
     offset, sign, scale = np.array(rows, dtype=np.float64).T
     factor = sign * scale
@@ -183,10 +183,10 @@ def _sensor(settings: NodeSettings, joint: str) -> list[float]:
 
 
 def odometry_of(robot: Robot, settings: NodeSettings) -> OdometryInput | None:
-    """The input of odometry that the parameters ask for; None where they ask for none.
+    """The input of odometry, if the parameters enable it; otherwise None.
 
     Raises:
-        ParameterError: the base does not float, or other joints than the active ones are measured.
+        ParameterError: the base is not floating, or the measured joints are not the active ones.
     """
     topic = settings[ODOMETRY]
     if not topic:

@@ -1,7 +1,7 @@
-"""From the motion of the measured joints to the full state and the efforts.
+"""Evaluation of motions: from measured joints to the full state and the efforts.
 
-Knows no ROS. A live node and a tool that reads recordings run the same code. What comes out
-depends only on the samples before, in their order.
+The live node and the tools for recordings run the same code. Results depend only on the samples so
+far, in order. This module does not depend on ROS.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
 
 
 class MotionEvaluator:
-    """Calibrates, estimates rates, closes the loops and evaluates the model, for one stream.
+    """Calibration, estimation of rates, closure and evaluation of the model for one stream.
 
     A call takes one sample, or rows of samples.
 
     Attributes:
         robot: the robot.
-        measured: coordinates that the samples give.
-        estimator: makes rates that the samples lack.
-        calibration: how the sensors are read; None: they read the coordinates themselves.
+        measured: names of the measured coordinates.
+        estimator: estimator of missing rates.
+        calibration: calibration of the sensors; None if they read the coordinates themselves.
         mode: a closed state whose assembly modes are kept; None: those of the robot file.
-        is_plain: whether samples give the active joints, on the modes of the robot file; then the
-            one before it only says how many whole turns passive joints have gone.
-        last: all coordinates (n_s,) of the last sample [rad or m], which passive joints go on from;
-            None: there was none.
-        wraps: how many jumps of nearly a whole turn were taken out of each joint's readings.
-        gap: the newest that was too long, between stamps [s].
-        may_be_plain: whether it can be.
+        is_plain: whether the active joints are measured, on the modes of the robot file. Then only
+            whole turns of passive joints depend on the sample before.
+        last: all coordinates (n_s,) of the last sample [rad or m], for continuity of passive
+            angles; None before the first.
+        wraps: number of removed jumps of whole turns, by joint.
+        gap: the newest gap between stamps that was too long [s].
+        may_be_plain: whether `is_plain` is possible.
     """
 
     may_be_plain = True
@@ -58,18 +58,18 @@ class MotionEvaluator:
         measured: Sequence[str] | None = None,
         kalman: Kalman | None = None,
     ) -> None:
-        """The evaluator of one robot.
+        """Make the evaluator of one robot.
 
         Args:
             robot: the robot.
-            bandwidth: of the rate estimates [Hz].
-            max_gap: between stamps, restarts them [s].
-            measured: coordinates that the samples give, any independent set; None: the active ones.
-            kalman: settings of a Kalman filter; None: polynomials.
+            bandwidth: bandwidth of the rate estimates [Hz].
+            max_gap: longer gaps between stamps restart the estimates [s].
+            measured: measured coordinates, any independent set; None: the active ones.
+            kalman: settings of a Kalman filter; None: polynomial filters.
 
         Raises:
-            InputError: the measured coordinates do not determine the others, or a ball joint has no
-                good angles at the reference.
+            InputError: the measured coordinates do not determine the others, or a ball joint is in
+                its second chart at the reference.
         """
         self.robot = robot
         self._require_reference()
@@ -84,7 +84,7 @@ class MotionEvaluator:
         self._near: ClosedState | None = None
         start = robot.close(robot.reference)
         self._branch = start.branch
-        # Of readings, and of motions whose rates come from elsewhere.
+        # For readings, and for motions with given rates.
         self._turned: TurnState | None = None
         self._turned_given: TurnState | None = None
         self.loads = robot.loads
@@ -94,12 +94,12 @@ class MotionEvaluator:
             robot.close_given({name: float(start.s[k]) for name, k in places.items()})
 
     def _require_reference(self) -> None:
-        """Raise InputError where topics have no good angles for the reference."""
+        """Raise InputError if a ball joint is in its second chart at the reference."""
         require_first_reference(self.robot)
 
     @property
     def loads(self) -> Loads:
-        """Everything that acts on the robot, from the next sample on."""
+        """The loads on the robot, effective from the next sample."""
         return self._loads
 
     @loads.setter
@@ -108,15 +108,15 @@ class MotionEvaluator:
         self._loads = loads
 
     def _compiled_for(self, loads: Loads) -> Call | None:
-        """One call for all, where no loop is followed from a state before."""
+        """The compiled call of one sample, if no loop is followed from the state before."""
         if not self.is_plain or self.robot.follows:
             return None
         return self.robot.kernels.under(loads).closed_inverse_dynamics
 
     def prepare(self, loads: Loads) -> None:
-        """Have the code for such loads generated, whatever their values.
+        """Compile the code for the pattern of some loads.
 
-        Loads of these kinds are then taken without delay.
+        Loads of this pattern then take effect without delay.
         """
         if not self.robot.follows:
             _ = self.robot.kernels.under(loads).closed_inverse_dynamics
@@ -124,7 +124,7 @@ class MotionEvaluator:
         self.robot.inverse_dynamics(state, np.zeros(state.n), loads)
 
     def set_filter(self, bandwidth: float, max_gap: float, kalman: Kalman | None = None) -> None:
-        """Another bandwidth [Hz], gap [s] or filter from now on; the estimates start anew."""
+        """Set bandwidth [Hz], largest gap [s] and filter; the estimates restart."""
         self.estimator = MotionEstimator(bandwidth, max_gap, kalman)
         is_angle = [self.robot.joint_types[name] == "revolute" for name in self.measured]
         self._turns = TurnCounter(self.measured, is_angle, max_gap)
@@ -132,20 +132,20 @@ class MotionEvaluator:
         self._memory: State | None = None
 
     def calibrate(self, calibration: Calibration | None) -> None:
-        """Read the sensors so from now on; where that is another way, the estimates start anew."""
+        """Set the calibration of sensors; a change restarts the estimates."""
         if not _same(calibration, self.calibration):
             self.reset()
         self.calibration = calibration
 
     def set_mode(self, mode: ClosedState | None) -> None:
-        """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
+        """Set the assembly modes by a closed state; None for those of the robot file."""
         self.mode = self._near = mode
         self.is_plain = self._measures_active and self.may_be_plain and mode is None
         self._memory = self.last = None
         self._compiled = self._compiled_for(self._loads)
 
     def reset(self) -> None:
-        """Forget the samples so far."""
+        """Discard the samples so far."""
         self._memory = self.last = None
         self._turned = self._turned_given = None
         self._near = self.mode
@@ -153,16 +153,16 @@ class MotionEvaluator:
     def step(self, stamp_ns: int, motion: OrderedMotion) -> MotionResult:
         """The result of one sample.
 
-        A sample with accelerations is taken as it is, needs velocities too, and leaves the filter
-        alone. So does one that is refused.
+        A sample with accelerations must have velocities too, and does not change the filter. A
+        refused sample does not change it either.
 
         Args:
             stamp_ns: its stamp [ns].
-            motion: of the measured joints, as the sensors read them.
+            motion: readings of the measured joints.
 
         Raises:
             RejectedError: velocities are missing, or estimated rates are not finite.
-            HybridDynamicsError: what the model says of the sample.
+            HybridDynamicsError: the model refuses the sample.
         """
         if self.calibration is not None:
             motion = motion.calibrated(self.calibration)
@@ -176,21 +176,21 @@ class MotionEvaluator:
         result = self.evaluate(stamp_ns, motion, rates.event)
         if rates.event is StampEvent.GAP and self._memory is not None:
             self.gap = (stamp_ns - stamp_of(self._memory)) * 1e-9
-        self._memory = memory  # only now: a sample that the model refused must not reach the filter
+        self._memory = memory  # stored last, so that a refused sample does not reach the filter
         if self._turned is not None and turned.turns is not self._turned.turns:
             self.wraps.update(self._turns.wraps(self._turned, turned))
         self._turned = turned
         return result
 
     def given(self, stamp_ns: int, motion: OrderedMotion) -> MotionResult:
-        """The result of one sample whose rates come from elsewhere; the filter is left alone.
+        """The result of one sample with given rates; the filter is not changed.
 
         Args:
             stamp_ns: its stamp [ns].
-            motion: of the measured joints; their angles may begin anew after a whole turn.
+            motion: motion of the measured joints, whose angles may be wrapped.
 
         Raises:
-            HybridDynamicsError: what the model says of the sample.
+            HybridDynamicsError: the model refuses the sample.
         """
         before = self._turned_given
         turned, position = self._turns.step(before, stamp_ns, motion.position, motion.velocity)
@@ -207,13 +207,13 @@ class MotionEvaluator:
         *,
         is_given: bool = False,
     ) -> TurnRows:
-        """Positions of N samples without jumps of whole turns; they are remembered once `taken`.
+        """Positions of N samples without jumps of whole turns; `taken` stores the state.
 
         Args:
             stamps: (N,) [ns].
             position: (N, n) of the measured joints [rad or m].
-            velocity: (N, n) [rad/s or m/s]; NaN where it is not known.
-            is_given: whether rates come from elsewhere, as `given` takes them.
+            velocity: (N, n) [rad/s or m/s]; NaN if unknown.
+            is_given: whether rates are given, as in `given`.
         """
         state = self._turned_given if is_given else self._turned
         return self._turns.run(state, stamps, position, velocity)
@@ -224,7 +224,7 @@ class MotionEvaluator:
         position: FloatArray,
         velocity: FloatArray,
     ) -> RateRows:
-        """Rates that the filter gives N samples; it goes on from there once they are `taken`.
+        """Rates of N samples by the filter; `taken` stores the state.
 
         Arguments are those of `GroupedEstimator.run`.
 
@@ -234,7 +234,7 @@ class MotionEvaluator:
         return self._grouped.run(self._memory, stamps, position, velocity)
 
     def taken(self, turned: TurnRows, rates: RateRows | None) -> None:
-        """Go on from the state after some rows; without rates, after rows that were `given`."""
+        """Store the state after some rows; `rates` is None for rows with given rates."""
         self.wraps.update(turned.wraps)
         if rates is None:
             self._turned_given = turned.state
@@ -249,15 +249,15 @@ class MotionEvaluator:
         motion: OrderedMotion,
         event: StampEvent | None = None,
     ) -> MotionResult:
-        """Loops closed and the model evaluated, as far as rates are known.
+        """Close the loops and evaluate the model, as far as rates are known.
 
         Args:
             stamp_ns: stamp [ns]; of rows (N,).
-            motion: of the measured joints (n,); where the evaluator `is_plain` also rows (N, n).
-            event: what the stamp meant to the filter.
+            motion: motion of the measured joints (n,), or rows (N, n) if the evaluator `is_plain`.
+            event: event of the stamp.
 
         Raises:
-            HybridDynamicsError: what the model says of it, of the first row with such a fault.
+            HybridDynamicsError: the model refuses the sample, or the first such row.
         """
         result = self._evaluate(stamp_ns, motion, event)
         position = result.position
@@ -286,7 +286,7 @@ class MotionEvaluator:
         motion: OrderedMotion,
         event: StampEvent | None,
     ) -> MotionResult:
-        """The same to the last bit, in one call of compiled code."""
+        """As `_evaluate`, bit by bit, in one call of compiled code."""
         u, du, ddu = motion.complete()
         robot = self.robot
         if u.ndim == 2:
@@ -299,7 +299,7 @@ class MotionEvaluator:
         s, ds, _, _, residuals, distances = closed
         for array in (u, du, ddu, efforts, s, ds):
             array.flags.writeable = False
-        return MotionResult(  # in plain floats; its state is made where somebody asks for it
+        return MotionResult(  # plain floats; the state is made on demand
             robot,
             self._loads,
             stamp_ns,
@@ -317,7 +317,7 @@ class MotionEvaluator:
     def _rows_compiled(
         self, compiled: Call, motion: OrderedMotion
     ) -> tuple[FloatArray, ClosedState]:
-        """Efforts and states of rows, which follow each other."""
+        """Efforts and states of consecutive rows."""
         u, du, ddu = motion.complete()
         efforts, *closed = compiled(u, du, ddu)
         state = self.robot.closed_state(u, du, closed)
@@ -328,7 +328,7 @@ class MotionEvaluator:
         return efforts, state
 
     def _followed(self, state: ClosedState) -> ClosedState:
-        """States of samples, their passive angles gone on from those of the sample before."""
+        """States with passive angles continued from the sample before."""
         before = self.last
         if before is None:
             before = state.s[0] if state.s.ndim == 2 else state.s
@@ -360,7 +360,7 @@ class MotionEvaluator:
     def _close(
         self, motion: OrderedMotion, event: StampEvent | None
     ) -> tuple[ClosedState, FloatArray | None]:
-        """The closed state, and the accelerations of the active joints where they are known."""
+        """The closed state, and the accelerations of the active joints, or None."""
         if self.is_plain:
             state = self.robot.close(motion.position, motion.velocity)
             return self._followed(state), motion.acceleration

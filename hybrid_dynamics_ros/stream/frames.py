@@ -1,4 +1,4 @@
-"""What the frames of a robot are called in messages."""
+"""Names of a robot's frames in messages."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ..parameters import BASE_FRAME, FRAME_PREFIX, NodeSettings
 
 @dataclass(frozen=True)
 class FrameNames:
-    """Names for messages, by the names of the robot file.
+    """Map from names in the robot file to names in messages.
 
     Attributes:
         link: base link of the robot.
-        base: what it is called.
-        prefix: begins the names of all other frames.
+        base: its name in messages.
+        prefix: prefix of the names of all other frames.
     """
 
     link: str
@@ -24,11 +24,11 @@ class FrameNames:
     prefix: str = ""
 
     def of(self, frame: str) -> str:
-        """The name of a frame or link."""
+        """The name of a frame or link in messages."""
         return self.base if frame == self.link else f"{self.prefix}{frame}"
 
 
 def frame_names(robot: Robot, settings: NodeSettings) -> FrameNames:
-    """The names that the parameters give."""
+    """The names for given parameters."""
     prefix, link = settings[FRAME_PREFIX], robot.base_frame
     return FrameNames(link, settings[BASE_FRAME] or f"{prefix}{link}", prefix)

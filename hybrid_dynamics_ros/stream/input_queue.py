@@ -1,4 +1,4 @@
-"""Messages of one topic that wait for their answer. Of too many the newest state wins."""
+"""The queue of pending messages of a topic; under overload only the newest is processed."""
 
 from __future__ import annotations
 
@@ -7,59 +7,59 @@ from collections import deque
 from collections.abc import Callable
 from typing import Final
 
-_CALM: Final = 0.05  # [s] without a message left out: the overload is over
-_TURN: Final = 0.02  # [s] after which the other topics have their turn
-_SHORT: Final = 8  # messages that may wait under overload, and in the shortest queue
+_CALM: Final = 0.05  # [s] without a skipped message, after which the overload is over
+_TURN: Final = 0.02  # [s] after which other topics are served
+_SHORT: Final = 8  # [messages] length of the queue under overload, and of the shortest queue
 
 
 class InputQueue:
-    """Waiting messages of one topic, none of which is in the way of another topic.
+    """Pending messages of one topic, which do not block other topics.
 
-    As long as few wait, each is answered, in the order of arrival. When more than half of what the
-    subscription holds waits, the newest message that can be answered is, and older ones are left
-    out. From then on a handful may wait, until none had to be left out for a while.
+    As long as few messages are pending, each is processed, in the order of arrival. If more than
+    half of the subscription's depth is pending, only the newest usable message is processed, and
+    older ones are skipped. Then only a few may be pending, until none was skipped for a while.
 
     Attributes:
-        skipped: messages that were left out so far.
+        skipped: number of skipped messages so far.
     """
 
     def __init__(self, answer: Callable[[bytes], bool], depth: int) -> None:
-        """An empty queue.
+        """Make an empty queue.
 
         Args:
-            answer: answers a message; False where it cannot be used.
-            depth: messages that the subscription holds.
+            answer: processes a message; returns False if it is unusable.
+            depth: depth of the subscription.
         """
         self.skipped = 0
         self._answer = answer
         self._waiting: deque[bytes] = deque()
         self._depth = max(depth, 1)
         self._limit = max(depth // 2, _SHORT)
-        self._overload_end = -1.0  # until then the newest state alone is answered [s]
+        self._overload_end = -1.0  # [s] until then only the newest state is processed
 
     def __len__(self) -> int:
         return len(self._waiting)
 
     @property
     def is_overloaded(self) -> bool:
-        """Whether messages are left out."""
+        """Whether messages are skipped."""
         return time.perf_counter() < self._overload_end
 
     def put(self, message: bytes) -> None:
-        """A message has come."""
+        """Add a message."""
         self._waiting.append(message)
         if len(self._waiting) > self._depth:
             self._waiting.popleft()
             self._skip(1)
 
     def clear(self) -> int:
-        """Leave what waits unanswered; how many messages that are."""
+        """Discard pending messages; returns their number."""
         count = len(self._waiting)
         self._waiting.clear()
         return count
 
     def work(self) -> None:
-        """Answer what waits, for one turn at most; what is left waits for the next turn."""
+        """Process pending messages, for at most one turn; the rest stays pending."""
         end = time.perf_counter() + _TURN
         limit = self._limit
         if self.is_overloaded:

@@ -1,10 +1,9 @@
-"""Rates of joints some of which have velocities, and of messages that have them in turn.
+"""Estimation of rates if only some joints or some messages have velocities.
 
-Where every message has the velocities of all joints, or none of any, one estimator serves all.
-Else joints of one history are a group with an estimator's states of its own. The estimator of a
-joint that changes between both kinds is asked for both: each goes on from its own samples. An
-estimator that takes both kinds in turn needs no groups as long as all joints have velocities, or
-none.
+If every message has velocities of all joints, or of none, one state of the estimator is enough.
+Otherwise joints with the same history form a group with its own states. A joint that alternates
+between both kinds has two states, one for each kind of sample. An estimator that accepts
+alternating kinds needs no groups, as long as all joints of a message are of one kind.
 """
 
 from __future__ import annotations
@@ -26,12 +25,12 @@ Mask = NDArray[np.bool_]
 
 
 class Group(NamedTuple):
-    """Joints of one history.
+    """Joints with the same history.
 
     Attributes:
-        joints: their numbers, rising.
+        joints: indices of the joints, ascending.
         of_velocities: the estimator's state after the newest sample with velocities, or None.
-        of_positions: after the newest sample as one without, or None where none is needed.
+        of_positions: the estimator's state for samples without velocities, or None if not needed.
         bare_ns: stamp of the newest sample without velocities [ns].
     """
 
@@ -45,15 +44,15 @@ class Groups(NamedTuple):
     """All joints, in groups.
 
     Attributes:
-        stamp_ns: of the newest sample [ns].
-        groups: by their first joint.
+        stamp_ns: stamp of the newest sample [ns].
+        groups: groups, sorted by their first joint.
     """
 
     stamp_ns: int
     groups: tuple[Group, ...]
 
 
-State = EstimatorState | Groups  # of one kind for all joints, or in groups
+State = EstimatorState | Groups  # for all joints, or in groups
 
 
 def stamp_of(state: State) -> int:
@@ -63,10 +62,10 @@ def stamp_of(state: State) -> int:
 
 @dataclass(frozen=True)
 class GroupedEstimator:
-    """An estimator for joints whose velocities may be absent, one by one and now and then.
+    """An estimator for joints whose velocities may be absent in some messages.
 
     Attributes:
-        estimator: does the work.
+        estimator: the underlying estimator.
     """
 
     estimator: MotionEstimator
@@ -77,10 +76,10 @@ class GroupedEstimator:
         """State and estimate after one more sample.
 
         Args:
-            state: state before, or None at the start; it is not changed.
+            state: previous state, or None at the start; it is not changed.
             stamp_ns: stamp [ns].
             position: (n,) [rad or m].
-            velocity: (n,) [rad/s or m/s], NaN where it is absent; None: of all joints.
+            velocity: (n,) [rad/s or m/s], NaN where absent; None if absent for all joints.
 
         Raises:
             RejectedError: estimated rates are not finite.
@@ -101,7 +100,7 @@ class GroupedEstimator:
     def _anew(
         self, event: StampEvent, stamp_ns: int, position: FloatArray, velocity: FloatArray | None
     ) -> tuple[State, Estimate]:
-        """The first sample after an event that starts all anew."""
+        """State and estimate of the first sample after a restart."""
         state, estimate = self.step(None, stamp_ns, position, velocity)
         return state, estimate._replace(event=event)
 
@@ -112,13 +111,13 @@ class GroupedEstimator:
         position: FloatArray,
         velocity: FloatArray,
     ) -> RateRows:
-        """What `step` gives for each of N samples, one after the other.
+        """Results of `step` for N consecutive samples.
 
         Args:
-            state: state before, or None at the start; it is not changed.
+            state: previous state, or None at the start; it is not changed.
             stamps: (N,) [ns].
             position: (N, n) [rad or m].
-            velocity: (N, n) [rad/s or m/s], NaN where it is absent.
+            velocity: (N, n) [rad/s or m/s], NaN where absent.
 
         Raises:
             RejectedError: estimated rates are not finite.
@@ -151,14 +150,14 @@ class GroupedEstimator:
         position: FloatArray,
         velocity: FloatArray,
     ) -> None:
-        """Fill in the rates of some rows of one kind for all joints, or of one row.
+        """Set the rates of rows of one kind for all joints, or of one row.
 
         Args:
-            rates: of all samples; its `state` is that before the rows, and then that after them.
-            rows: which.
+            rates: rates of all samples; its `state` is advanced over the rows.
+            rows: the rows.
             stamps: (k,) of the rows [ns].
             position: (k, n) of the rows [rad or m].
-            velocity: (k, n) of the rows [rad/s or m/s], NaN where it is absent.
+            velocity: (k, n) of the rows [rad/s or m/s], NaN where absent.
         """
         is_measured = ~np.isnan(velocity)
         if self._is_plain(rates.state, is_measured[0]):
@@ -180,7 +179,7 @@ class GroupedEstimator:
             rates.has_acceleration[rows] = True
 
     def _is_plain(self, state: State | None, is_measured: Mask) -> bool:
-        """Whether one estimator goes on with a sample, of whose joints (n,) is said."""
+        """Whether one state suffices for a sample, by the mask (n,) of joints with velocity."""
         measures_all = bool(is_measured.all())
         if not measures_all and is_measured.any():
             return False
@@ -189,9 +188,10 @@ class GroupedEstimator:
     def _goes_on(
         self, state: State | None, *, is_measured: bool
     ) -> TypeGuard[EstimatorState | None]:
-        """Whether one estimator goes on with a sample, all of whose joints have velocities or none.
+        """Whether one state continues with a sample in which all joints have velocities, or none.
 
-        It does where so did the samples before, or where the estimator takes both kinds in turn.
+        It does if the samples before were of the same kind, or if the estimator accepts alternating
+        kinds.
         """
         if state is None:
             return True
@@ -200,7 +200,7 @@ class GroupedEstimator:
         return self.estimator.takes_turns or state.from_velocities == is_measured
 
     def _restart(self, before_ns: int, stamp_ns: int) -> StampEvent | None:
-        """Why all groups start anew at a stamp; None where they go on."""
+        """The event that restarts all groups at a stamp, or None."""
         return restart_between(before_ns, stamp_ns, self.estimator.max_gap)
 
     def _is_old(self, before_ns: int, stamp_ns: int) -> bool:
@@ -213,7 +213,7 @@ class GroupedEstimator:
         position: FloatArray,
         velocity: FloatArray | None,
     ) -> tuple[State, Estimate]:
-        """State and estimate of groups all of whose joints have velocities, or none."""
+        """Advance groups, in each of which all joints have velocities, or none."""
         after: list[Group] = []
         estimates: list[Estimate] = []
         for group in groups:
@@ -229,7 +229,7 @@ class GroupedEstimator:
     def _step_group(
         self, group: Group, stamp_ns: int, position: FloatArray, velocity: FloatArray | None
     ) -> tuple[Group, Estimate]:
-        """A group after one more sample, all of whose joints have velocities, or none."""
+        """Advance one group by a sample in which all its joints have velocities, or none."""
         step = self.estimator.step
         of_velocities, of_positions = group.of_velocities, group.of_positions
         if velocity is None:
@@ -239,7 +239,7 @@ class GroupedEstimator:
             return Group(group.joints, of_velocities, of_positions, stamp_ns), estimate
         of_velocities, estimate = step(of_velocities, stamp_ns, position, velocity)
         if of_positions is not None and self._is_old(group.bare_ns, stamp_ns):
-            of_positions = None  # samples without velocities are over
+            of_positions = None  # not needed after samples with velocities
         if of_positions is not None:
             of_positions, _ = step(of_positions, stamp_ns, position, None)
         return Group(group.joints, of_velocities, of_positions, group.bare_ns), estimate
@@ -258,7 +258,7 @@ def _groups_of(state: State | None, joint_count: int) -> tuple[Group, ...]:
 
 
 def _divided(groups: Sequence[Group], is_measured: Mask) -> list[Group]:
-    """The groups, each divided into joints with velocities and those without."""
+    """The groups, divided into joints with and without velocities."""
     divided: list[Group] = []
     for group in groups:
         having = [k for k, joint in enumerate(group.joints) if is_measured[joint]]
@@ -277,7 +277,7 @@ def _part(group: Group, places: list[int]) -> Group:
 
 
 def _state_part(state: EstimatorState | None, places: list[int]) -> EstimatorState | None:
-    """The state of some joints: all work on samples is elementwise."""
+    """The state of some joints, since operations are elementwise."""
     if state is None:
         return None
     before = state.filter
@@ -287,7 +287,7 @@ def _state_part(state: EstimatorState | None, places: list[int]) -> EstimatorSta
 
 
 def _simplified(stamp_ns: int, groups: Sequence[Group]) -> State:
-    """The state of one estimator, where that is all there is."""
+    """A single state in place of one group with all joints, if possible."""
     first = groups[0]
     if len(groups) == 1 and first.of_positions is None and first.of_velocities is not None:
         return first.of_velocities
@@ -297,7 +297,7 @@ def _simplified(stamp_ns: int, groups: Sequence[Group]) -> State:
 
 
 def _gathered(groups: Sequence[Group], estimates: Sequence[Estimate]) -> Estimate:
-    """The estimate of all joints; rates of none are known before those of all are."""
+    """The estimate of all joints; rates are known only if those of all groups are."""
     order = np.argsort(np.concatenate([group.joints for group in groups]))
     velocities = [estimate.velocity for estimate in estimates]
     accelerations = [estimate.acceleration for estimate in estimates]
@@ -310,12 +310,12 @@ def _gathered(groups: Sequence[Group], estimates: Sequence[Estimate]) -> Estimat
 
 
 def _concatenated(parts: Sequence[FloatArray | None]) -> FloatArray | None:
-    """All parts in a row; None where one is not known."""
+    """Concatenate parts; None if one is unknown."""
     there = [part for part in parts if part is not None]
     return np.concatenate(there) if len(there) == len(parts) else None
 
 
 def _ends_of_runs(is_measured: Mask) -> list[int]:
-    """Where runs of rows end that have velocities of the same joints."""
+    """Ends of runs of rows with velocities of the same joints."""
     changes = np.flatnonzero((is_measured[1:] != is_measured[:-1]).any(axis=1)) + 1
     return [*changes.tolist(), len(is_measured)]

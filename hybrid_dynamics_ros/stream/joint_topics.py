@@ -1,4 +1,4 @@
-"""Topics of joints: all of them, what the driven ones must give, and what was measured of it."""
+"""Topics of joints: states of all joints, required efforts, and measured efforts."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ..messages.joint_state_layout import joint_state_template
 from .output_topic import Message, OutputTopic, Rows
 from .results import MotionResult
 
-_MOST_TEMPLATES: Final = 64  # of joint states that are remembered
+_MOST_TEMPLATES: Final = 64  # cached layouts of joint states
 _NO_EXTRAS: Final = np.zeros((3, 0))
 
 
 class JointStates(OutputTopic):
-    """All joints: position, velocity, and the effort of the drives, zero where nothing drives."""
+    """States of all joints: position, velocity, and effort of the drive, zero without a drive."""
 
     name, kind = "joint_states", JOINT_STATE
 
@@ -30,10 +30,10 @@ class JointStates(OutputTopic):
         self._drives_are_active = set(robot.drives) == set(robot.description.motors)
         self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
         self._names = robot.coordinates
-        self._templates: dict[Any, MessageTemplate] = {}  # by extra joints, and what is known
+        self._templates: dict[Any, MessageTemplate] = {}  # by extra joints and known fields
 
     def message(self, result: MotionResult) -> Message:
-        """Velocities and efforts as far as they are known."""
+        """The message, with velocities and efforts if known."""
         velocity, efforts = result.velocity, self._efforts(result)
         parts = [result.position, velocity, efforts]
         names, extras = _extras_of(result)
@@ -55,14 +55,14 @@ class JointStates(OutputTopic):
         return template
 
     def groups(self, result: MotionResult) -> Sequence[Rows]:
-        """Rows with the same extra joints, whose drives can give the efforts or cannot."""
+        """Rows with the same layout: extra joints, and whether efforts are known."""
         groups: list[Rows] = []
         for rows in _by_extras(result):
             groups += [rows[part] for part in self._by_efforts(result.rows(rows))]
         return groups
 
     def _by_efforts(self, result: MotionResult) -> Sequence[Rows]:
-        """Rows whose drives can give the efforts, and those whose drives cannot."""
+        """Rows whose drives can give the efforts, and all other rows."""
         every = super().groups(result)
         if self._drives_are_active or result.efforts is None or result.drive_forces is not None:
             return every
@@ -71,7 +71,7 @@ class JointStates(OutputTopic):
         return [np.flatnonzero(can_give), np.flatnonzero(~can_give)]
 
     def _efforts(self, result: MotionResult) -> FloatArray | None:
-        """Along all coordinates; None where they are not known."""
+        """Efforts along all coordinates; None if unknown."""
         if self._drives_are_active:
             tau = result.efforts
             if tau is None:
@@ -89,7 +89,7 @@ class JointStates(OutputTopic):
 
 
 def _extras_of(result: MotionResult) -> tuple[tuple[str, ...], FloatArray]:
-    """Names (k,) and values (3, k) of the extra joints, of rows (N, 3, k)."""
+    """Names (k,) and values (3, k), or (N, 3, k) for rows, of the extra joints."""
     extras = result.extras
     if not extras:
         return (), _NO_EXTRAS
@@ -112,13 +112,13 @@ def _by_extras(result: MotionResult) -> Sequence[Rows]:
 
 
 class RequiredEfforts(OutputTopic):
-    """Torques and forces of the driven joints; nothing before accelerations are known."""
+    """Required efforts of the driven joints; no message until accelerations are known."""
 
     name, kind = "required_efforts", JOINT_STATE
 
     def __init__(self, robot: Robot) -> None:
         motors = robot.description.motors
-        self._driven = len(motors)  # idle coordinates come after them
+        self._driven = len(motors)  # idle coordinates come last
         self._template = joint_state_template(motors, velocity=True, effort=True)
 
     def message(self, result: MotionResult) -> Message | None:
@@ -131,9 +131,9 @@ class RequiredEfforts(OutputTopic):
 
 
 class MeasuredEfforts(OutputTopic):
-    """Forces of the cylinders from measured pressures, beside the required ones; NaN elsewhere.
+    """Forces of cylinders from measured pressures, NaN for other drives.
 
-    Nothing where no pressures came in.
+    There is no message without pressures.
     """
 
     name, kind = "measured_efforts", JOINT_STATE
@@ -147,7 +147,7 @@ class MeasuredEfforts(OutputTopic):
         ]
 
     def message(self, result: MotionResult) -> Message | None:
-        """Position, velocity where it is known, and effort."""
+        """Position, velocity if known, and effort."""
         forces = result.measured_forces
         if forces is None:
             return None

@@ -1,4 +1,4 @@
-"""What is watched about the stream, and how bad it is. Knows no ROS."""
+"""Monitoring of the stream for diagnostics. It does not depend on ROS."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from .pipeline import Counts
 from .results import MotionResult
 from .stroke_margins import StrokeMargins
 
-_MOST_LATENCIES: Final = 4096  # between two reports, the newest of them
+_MOST_LATENCIES: Final = 4096  # newest latencies kept between reports
 _ENDS: Final = ("lower", "upper")
 
 
 class Level(IntEnum):
-    """How bad it is; the numbers of diagnostic_msgs/DiagnosticStatus."""
+    """Levels of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -44,7 +44,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class StatusEntry:
-    """One line of a report: name, value as text, how bad it is."""
+    """One line of a report: name, value as text, level."""
 
     name: str
     value: str
@@ -53,21 +53,21 @@ class StatusEntry:
 
 @dataclass
 class Tally:
-    """Messages of one topic: how many came, and how many of them were refused."""
+    """Numbers of received and of refused messages of a topic."""
 
     received: int = 0
     rejected: int = 0
 
 
 class Monitor:
-    """Collects while messages flow; reports now and then."""
+    """Collects statistics of the stream for periodic reports."""
 
     def __init__(self, strokes: StrokeMargins) -> None:
-        self.skipped = 0  # inputs left out because they came faster than they could be answered
-        self.lost = 0  # messages that never came, by the numbers of their publishers
-        self.inactive = 0  # inputs left out because they came while the node was not active
+        self.skipped = 0  # inputs skipped under overload
+        self.lost = 0  # lost messages, by sequence numbers
+        self.inactive = 0  # inputs skipped while the node was inactive
         self.pressures = Tally()
-        # Publishers and subscriptions of the node's topics that it does not reach, and why.
+        # Incompatible publishers and subscriptions of the node's topics, with reasons.
         self.unconnected = ""
         self.last_error = ""
         self._reported_lost = 0
@@ -75,36 +75,36 @@ class Monitor:
         self._reported_pressures = 0
         self._strokes = strokes
         self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
-        self._received = 0  # at the last report
+        self._received = 0  # value at the last report
         self._rejected = 0
         self._reported = time.monotonic()
 
     def answered(self, latency: float) -> None:
-        """An input was answered this long after the node took it up [s]."""
+        """Register the latency of a processed input [s]."""
         self._latencies.append(latency)
 
     def rejected(self, rejection: Rejection) -> None:
-        """An input was refused."""
+        """Register a refused input."""
         self.last_error = f"{rejection.code.value}: {rejection.text}"
 
     def report(
         self, result: MotionResult | None, counts: Counts, now_ns: int, settings: NodeSettings
     ) -> list[StatusEntry]:
-        """How the stream is; the next report begins where this one ends.
+        """Report on the stream since the last report.
 
         Rate, rejections and latencies are since the last report, counts since the start.
 
         Args:
-            result: of the newest input, or None.
-            counts: of all inputs.
+            result: result of the newest input, or None.
+            counts: counts of all inputs.
             now_ns: the node's clock [ns].
-            settings: levels.
+            settings: settings with thresholds.
         """
         entries = [*self._traffic(counts, settings), *self._timing(result, now_ns, settings)]
         return [*entries, StatusEntry("last error", self.last_error or "none")]
 
     def beyond(self, result: MotionResult) -> dict[str, str]:
-        """A text for each joint that is beyond its limit."""
+        """A text for each joint beyond its limit."""
         texts: dict[str, str] = {}
         strokes = self._strokes
         if strokes.within(result.position):
@@ -122,7 +122,7 @@ class Monitor:
         self._received, self._rejected, self._reported = counts.received, total, now
         lost, self._reported_lost = self.lost - self._reported_lost, self.lost
         skipped, self._reported_skipped = self.skipped - self._reported_skipped, self.skipped
-        lossy = settings[INPUT_QOS] in (LATEST, SENSOR_DATA)  # there some may be lost
+        lossy = settings[INPUT_QOS] in (LATEST, SENSOR_DATA)  # these profiles may lose messages
         return [
             StatusEntry("rate [Hz]", f"{rate:.1f}", _warn_if(rate < settings[LEAST_RATE])),
             StatusEntry("received", str(counts.received), Level.OK if received else Level.STALE),
@@ -136,7 +136,7 @@ class Monitor:
         ]
 
     def _pressure_entry(self) -> StatusEntry:
-        """Messages with pressures since the start; a warning where some were refused since."""
+        """Number of pressure messages since the start; a warning if some were refused since."""
         tally = self.pressures
         recent = tally.rejected - self._reported_pressures
         self._reported_pressures = tally.rejected
@@ -149,7 +149,7 @@ class Monitor:
         entries = []
         if result is not None:
             age = (now_ns - result.stamp_ns) * 1e-9
-            old = abs(age) > settings[LATEST_AGE]  # from the future as well: then clocks differ
+            old = abs(age) > settings[LATEST_AGE]  # also from the future
             entries.append(StatusEntry("age of the stamp [s]", f"{age:.6f}", _warn_if(old)))
         if self._latencies:
             middle, late = np.percentile(self._latencies, (50.0, 99.0)).tolist()
@@ -160,7 +160,7 @@ class Monitor:
         return entries
 
     def robot_report(self, result: MotionResult, settings: NodeSettings) -> list[StatusEntry]:
-        """How the robot is at an input: how well its loops close, and how near it is to an end."""
+        """Report on the robot at an input: residual, singularities, and margins to limits."""
         is_open = result.residual > settings[RESIDUAL]
         residual_level = Level.ERROR if is_open else Level.OK
         entries = [StatusEntry("residual", f"{result.residual:.3g}", residual_level)]

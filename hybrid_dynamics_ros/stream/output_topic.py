@@ -1,4 +1,4 @@
-"""One topic that goes out: its name, its rate, and what fills its messages."""
+"""The interface of output topics: name, rate, and encoding of messages."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ..parameters import TOPIC_RATES, Parameter
 from .results import MotionResult
 
 Rows = NDArray[np.intp]
-Values = Sequence[NDArray[Any] | float]  # of the slots of a template, in their order
+Values = Sequence[NDArray[Any] | float]  # values of the slots of a template, in order
 Message = tuple[MessageTemplate, Values]
 
 
 class OutputTopic:
-    """One topic of a robot.
+    """An output topic of a robot.
 
     Attributes:
-        name: below ``~/``, or the whole name where it begins with a slash.
-        kind: its type.
+        name: name below ``~/``, or an absolute name.
+        kind: message type.
     """
 
     name: ClassVar[str]
@@ -30,13 +30,13 @@ class OutputTopic:
 
     @property
     def rate(self) -> Parameter[float]:
-        """Parameter with the largest rate of its messages."""
+        """The parameter with the largest rate of its messages."""
         return TOPIC_RATES[self.name]
 
     def message(self, result: MotionResult) -> Message | None:
-        """Layout and values of the message of one sample, or of one message a row.
+        """Layout and values of the message of a sample, or of one message for each row.
 
-        None where the result has no message on this topic.
+        It is None if the result has no message on this topic.
         """
         raise NotImplementedError
 
@@ -45,7 +45,7 @@ class OutputTopic:
         return [np.arange(len(result.position))]
 
     def fill(self, result: MotionResult) -> bytes | None:
-        """The message of one sample."""
+        """The encoded message of one sample, or None."""
         message = self.message(result)
         if message is None:
             return None

@@ -1,6 +1,6 @@
-"""From a sample of joints by name to a result or a rejection, and counts of both.
+"""The pipeline from samples of joints by name to results or rejections, with counts.
 
-Knows no ROS.
+This module does not depend on ROS.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ _UNREMARKABLE = (StampEvent.NEXT, StampEvent.FIRST)
 
 @dataclass
 class Counts:
-    """What happened to the samples so far.
+    """Counts of the samples so far.
 
     Attributes:
-        received: all.
-        with_efforts: those that gave efforts.
-        rejected: those that gave nothing, by reason.
-        events: what their stamps meant to the filter.
-        wraps: jumps of whole turns that were taken out of the readings, by joint.
-        waiting: those that had some joints, and waited for the others.
+        received: number of all samples.
+        with_efforts: number of results with efforts.
+        rejected: number of rejections by reason.
+        events: number of stamps by event.
+        wraps: number of removed jumps of whole turns, by joint.
+        waiting: number of partial samples that waited for other joints.
     """
 
     received: int = 0
@@ -59,11 +59,11 @@ class Counts:
 
     @property
     def accepted(self) -> int:
-        """Samples that gave a result."""
+        """Number of samples with a result."""
         return self.received - self.waiting - self.rejected.total()
 
     def summary(self) -> str:
-        """One line for people: totals, rejections and restarts by kind."""
+        """One line of text: totals, rejections and restarts by kind."""
         parts = [
             f"{self.received} received",
             f"{self.accepted} accepted",
@@ -85,15 +85,15 @@ def _plural(event: StampEvent, count: int) -> str:
 
 
 class Pipeline:
-    """One robot, one stream of samples.
+    """The pipeline of one robot for one stream of samples.
 
     Attributes:
-        evaluator: does the work.
-        readings: of joint states, which may lack what others have.
-        extras: joints that the robot has not; None: they are ignored.
-        pressures: of the cylinders.
-        odometry: of a floating base; None: it stands at its reference.
-        counts: what happened to the samples so far.
+        evaluator: the evaluator.
+        readings: order and joiner of joint states.
+        extras: joints that the robot does not have; None if ignored.
+        pressures: pressures of the cylinders.
+        odometry: odometry of a floating base; None if it stays at its reference.
+        counts: counts of the samples so far.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class Pipeline:
         kalman: Kalman | None = None,
         odometry: OdometryInput | None = None,
     ) -> None:
-        """The pipeline of one robot; arguments and errors are those of `MotionEvaluator`."""
+        """Make the pipeline; arguments and errors are those of `MotionEvaluator`."""
         self.odometry = odometry
         base = None if odometry is None else odometry.base
         self.evaluator: MotionEvaluator = evaluator_of(
@@ -121,7 +121,7 @@ class Pipeline:
         self.pressures = PressureInput(robot, MAX_AGE)
 
     def pass_through(self, max_age: float) -> None:
-        """Let joints that the robot has not go through, no older than this [s]."""
+        """Pass through joints that the robot does not have, up to an age [s]."""
         robot, measured = self.evaluator.robot, self.evaluator.measured
         if self.extras is None:
             self.extras = PassThrough(robot.coordinates, measured)
@@ -130,14 +130,14 @@ class Pipeline:
     def process(
         self, sample: JointSample, *, is_estimated: bool = False
     ) -> MotionResult | Rejection | None:
-        """The result of one sample, or why there is none; None where it waits for other joints.
+        """The result of one sample, or its rejection; None if it waits for other joints.
 
-        A rejected sample leaves the filter alone. Raises nothing for any content of the sample.
+        A rejected sample does not change the filter. No content of a sample raises an error.
 
         Args:
-            sample: joints by name, as the sensors read them.
-            is_estimated: the sample is a motion of the joints themselves, whose rates were
-                estimated elsewhere; the filter is not asked for those that are missing.
+            sample: readings of joints by name.
+            is_estimated: whether the sample is a motion of the joints with given rates; missing
+                ones are not estimated.
         """
         self.counts.received += 1
         try:
@@ -158,31 +158,31 @@ class Pipeline:
         return result
 
     def reject(self, rejection: Rejection) -> Rejection:
-        """Count a rejection of a sample that `process` was given."""
+        """Count a rejection of a sample in `process`."""
         self.counts.rejected[rejection.code] += 1
         return rejection
 
     def withdraw(self, result: MotionResult, rejection: Rejection) -> Rejection:
-        """Count a result of `process` as a rejection after all, since it could not be sent."""
+        """Count a result of `process` as a rejection, since it could not be sent."""
         if result.efforts is not None:
             self.counts.with_efforts -= 1
         return self.reject(rejection)
 
     def reject_unread(self, rejection: Rejection) -> Rejection:
-        """Count a message that never became a sample for `process`."""
+        """Count a rejected message that did not reach `process`."""
         self.counts.received += 1
         return self.reject(rejection)
 
     def wait_unread(self) -> None:
-        """Count a message that waits for other joints elsewhere."""
+        """Count a partial message that is joined outside of `process`."""
         self.counts.received += 1
         self.counts.waiting += 1
 
     def _process(self, sample: JointSample, is_estimated: bool) -> MotionResult | None:
         evaluator = self.evaluator
         if evaluator.is_plain and evaluator.calibration is None:
-            return self._evaluate(sample, is_estimated)  # without NumPy's arithmetic
-        # Numbers near the end of the range overflow somewhere in the model: the result is checked.
+            return self._evaluate(sample, is_estimated)  # in plain floats
+        # Very large numbers overflow in the model, so the result is checked.
         with np.errstate(all="ignore"):
             return self._evaluate(sample, is_estimated)
 

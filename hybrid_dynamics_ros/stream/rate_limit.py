@@ -1,4 +1,4 @@
-"""Log lines and messages at a limited rate."""
+"""Rate limits of log lines and messages."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-_LARGEST: Final = 2**63 - 1  # of NumPy's integers
+_LARGEST: Final = 2**63 - 1  # largest int64
 
 
 class Throttle:
-    """Lets one line of each kind through in a period, and counts those it held back."""
+    """Admits one line of each kind per period, and counts suppressed ones."""
 
     def __init__(self, period: float) -> None:
-        """Least time between two lines of the same kind [s]; 0 lets all through."""
+        """Set the least time between two lines of the same kind [s]; 0 admits all."""
         self.period = period
         self._last: dict[Hashable, float] = {}
         self._held: dict[Hashable, int] = {}
 
     def admit(self, kind: Hashable, now: float) -> int | None:
-        """Number of lines of this kind held back since the last one; None if this one is too.
+        """Number of suppressed lines of a kind since the last one; None if this line is suppressed.
 
         Args:
-            kind: what the line is about; the number of kinds must be bounded.
+            kind: kind of the line; the number of kinds must be bounded.
             now: monotonic time [s].
         """
         last = self._last.get(kind)
@@ -48,15 +48,15 @@ class Logger(Protocol):
 
 
 class ThrottledLog:
-    """Warnings of each kind at a limited rate, and what changed."""
+    """A log with a limited rate of warnings of each kind, and unlimited infos."""
 
     def __init__(self, logger: Logger, period: float) -> None:
-        """Logger, and least time between two lines of the same kind [s]."""
+        """Set the logger, and the least time between two lines of the same kind [s]."""
         self._logger = logger
         self.throttle = Throttle(period)
 
     def warn(self, kind: Hashable, text: str) -> None:
-        """Log a line, unless one of its kind was logged just now."""
+        """Log a warning, unless one of its kind was logged within the period."""
         held = self.throttle.admit(kind, time.monotonic())
         if held is None:
             return
@@ -65,28 +65,28 @@ class ThrottledLog:
         self._logger.warning(text)
 
     def info(self, text: str) -> None:
-        """Log a change. None is held back: the last line about a thing says how it is."""
+        """Log a change; it is never suppressed, so that the last line shows the present state."""
         self._logger.info(text)
 
 
 class RateLimit:
-    """Picks messages so that no more than a rate come through, by their stamps."""
+    """Selects messages by their stamps, up to a rate."""
 
     def __init__(self) -> None:
         self._next = 0
         self._last = 0
 
     def due(self, stamp_ns: int, rate: float) -> bool:
-        """Whether a message goes out.
+        """Whether a message is sent.
 
         Args:
             stamp_ns: its stamp [ns].
-            rate: [Hz]; 0: all go out, below: none.
+            rate: largest rate [Hz]; 0: all are sent, negative: none.
         """
         if rate <= 0.0:
             return rate == 0.0
         period = _period(rate)
-        early = self._last <= stamp_ns < self._next  # an earlier stamp starts anew
+        early = self._last <= stamp_ns < self._next  # an earlier stamp restarts
         self._last = stamp_ns
         if early:
             return False
@@ -96,11 +96,11 @@ class RateLimit:
         return True
 
     def due_rows(self, stamps_ns: NDArray[np.int64], rate: float) -> NDArray[np.intp]:
-        """Which of many messages, one after the other, go out: what `due` says of each.
+        """Indices of consecutive messages that are sent, as by `due`.
 
         Args:
             stamps_ns: their stamps (N,) [ns].
-            rate: [Hz]; 0: all go out, below: none.
+            rate: largest rate [Hz]; 0: all are sent, negative: none.
         """
         if rate <= 0.0:
             return np.arange(len(stamps_ns) if rate == 0.0 else 0)
@@ -115,12 +115,12 @@ class RateLimit:
         rows = np.searchsorted(stamps_ns, grid)
         if not (stamps_ns[rows] - grid < period).all():
             return self._one_by_one(stamps_ns.tolist(), rate)
-        self._next += period * len(grid)  # no point of the grid was left out
+        self._next += period * len(grid)  # every point of the grid was used
         self._last = int(stamps_ns[-1])
         return rows
 
     def _one_by_one(self, stamps_ns: list[int], rate: float) -> NDArray[np.intp]:
-        """`due_rows` of stamps that rise: all before the next one are early."""
+        """`due_rows` for ascending stamps."""
         rows: list[int] = []
         row = bisect_left(stamps_ns, self._next)
         while row < len(stamps_ns):
@@ -132,5 +132,5 @@ class RateLimit:
 
 
 def _period(rate: float) -> int:
-    """Period [ns] of a rate above 0 [Hz], at most 146 years: sums with a stamp fit 64 bits."""
+    """Period [ns] of a positive rate [Hz], limited so that sums with a stamp fit 64 bits."""
     return round(min(1e9 / rate, _LARGEST / 2))

@@ -1,6 +1,6 @@
-"""All that a stream runs under conditions, run once, so that its code is there afterwards.
+"""Rehearsal: all code of a stream under some conditions is run once, to compile it.
 
-Knows no ROS.
+This module does not depend on ROS.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from .floating.base import floating_base
 from .floating.evaluator import evaluator_of
 from .topics import topics_of
 
-_INTERVAL: Final = 10_000_000  # [ns] between the samples
-_SAMPLES: Final = 5  # with velocities, and as many without: the filter has its samples then
-_STEP: Final = 1e-4  # [rad or m] between the samples: loops are followed over it
-_FAR: Final = 1e3  # [rad or m] where nothing closes: what says so is run too
+_INTERVAL: Final = 10_000_000  # [ns] between samples
+_SAMPLES: Final = 5  # number with velocities, and without: enough for the filters
+_STEP: Final = 1e-4  # [rad or m] between samples, so that loops are followed
+_FAR: Final = 1e3  # [rad or m] where loops do not close, to run the code of errors
 
 
 @dataclass(frozen=True, eq=False)
 class Rehearsal:
-    """What to rehearse. Plain values: they travel to the process that makes code.
+    """Parameters of a rehearsal: plain data for the compiling process.
 
     Attributes:
-        measured: joints that the samples give.
-        conditions: what holds.
-        has_odometry: whether the motion of a floating base comes with the samples.
+        measured: names of the measured joints.
+        conditions: the conditions.
+        has_odometry: whether there is odometry of a floating base.
     """
 
     measured: tuple[str, ...]
@@ -44,11 +44,11 @@ class Rehearsal:
 
 
 def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
-    """Run the model and fill every topic for a few samples of each kind.
+    """Evaluate the model and encode every topic for a few samples of each kind.
 
     Raises:
-        HybridDynamicsError: the loads act on no frame of the robot, or are none.
-        NotStoredError: code is missing, where it may not be made.
+        HybridDynamicsError: the loads are wrong, or act on an unknown frame.
+        NotStoredError: code is missing from the cache, where compilation is not allowed.
     """
     conditions = rehearsal.conditions
     loads = loads_of(robot, conditions)
@@ -63,7 +63,7 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
     topics = topics_of(robot, NodeSettings({TF_RATE.name: 0.0}))
     position = _start(robot, rehearsal)
     for k, motion in enumerate(_motions(position)):
-        # What the model refuses is rehearsed too.
+        # Refused samples are rehearsed too.
         with suppress(HybridDynamicsError, RejectedError), np.errstate(all="ignore"):
             result = evaluator.step(k * _INTERVAL, motion)
             for topic in topics:
@@ -71,13 +71,13 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
 
 
 def _start(robot: Robot, rehearsal: Rehearsal) -> FloatArray:
-    """The measured joints where the samples begin."""
+    """Positions of the measured joints at the first sample."""
     state = rehearsal.conditions.mode or robot.close(robot.reference)
     return np.array([state.s[robot.coordinates.index(name)] for name in rehearsal.measured])
 
 
 def _motions(position: FloatArray) -> Iterator[OrderedMotion]:
-    """Samples without rates, with velocities, with accelerations too, and one out of reach."""
+    """Samples without rates, with velocities, with accelerations, and one out of reach."""
     still = np.zeros_like(position)
     for k in range(_SAMPLES):
         yield OrderedMotion(position + k * _STEP, None, None)

@@ -1,4 +1,4 @@
-"""What one sample, or many rows of samples, say about the robot."""
+"""Results of one sample, or of rows of samples."""
 
 from __future__ import annotations
 
@@ -16,36 +16,35 @@ from hybrid_dynamics_core.errors import SingularityError
 from ..messages.joint_samples import FloatArray, OrderedMotion
 from .filter.filter import StampEvent
 
-OneOrRows = Any  # of one sample a number, of N rows an array (N,)
+OneOrRows = Any  # a number for one sample, an array (N,) for rows
 
 
 @dataclass(eq=False)
 class MotionResult:
-    """All that one sample says about the robot, or N rows of samples of which the same is known.
+    """The result of one sample, or of N rows with the same known quantities.
 
     Coordinates are in the order of ``robot.coordinates``. Those of a floating base are in the first
-    chart in `position` and `velocity`, and in that of `state` in `active` and `efforts`. Arrays are
-    read-only; of N rows each has a leading N.
+    chart in `position` and `velocity`, and in the chart of `state` in `active` and `efforts`.
+    Arrays are read-only, with a leading N for rows.
 
     Attributes:
-        robot, loads: what the result was computed with.
-        stamp_ns: stamp of the sample [ns]; of rows (N,).
-        active: motion of the active joints, rates and accelerations as far as they are known.
+        robot, loads: robot and loads of the computation.
+        stamp_ns: stamp of the sample [ns], (N,) for rows.
+        active: motion of the active joints, as far as known.
         position: all coordinates, active then passive, (n_s,) [rad or m].
-        velocity: rates of all coordinates, (n_s,) [rad/s or m/s]; None until they are known.
-        efforts: what the active joints must give, (n,) [N m or N]; None until accelerations are
-            known.
-        residual: largest error of the loop equations, in lengths of the loop or [rad]; of rows
-            (N,).
-        distances: of each loop to its nearest singularity, (loops,).
+        velocity: rates of all coordinates, (n_s,) [rad/s or m/s]; None if unknown.
+        efforts: efforts of the active joints (n,) [N m or N]; None if accelerations are unknown.
+        residual: largest error of the loop equations, in lengths of the loop or [rad]; (N,) for
+            rows.
+        distances: distance of each loop to its nearest singularity, (loops,).
         branch: assembly mode of each loop by name, the same for all rows.
-        event: what the stamp meant to the filter; None where it was not asked, and of rows.
-        extras: joints beside those of the robot, of rows one for each, or None.
-        measured_forces: of the drives (d,) [N], from pressures; NaN where there are none, and None
-            where there are none of any drive; of rows (N, d), NaN there.
-        base_wrench: what has to act on a floating base from outside (6,): force, then moment about
-            its origin, in its axes [N, N m]; None where it is not known; of rows (N, 6).
-        make_state: makes `state` of what was computed for the arrays above.
+        event: event of the stamp; None if the filter was not used, and for rows.
+        extras: joints that the robot does not have, or None; one entry for each row.
+        measured_forces: forces of the drives (d,) [N] from pressures, NaN where unknown; None if
+            all are unknown; (N, d) for rows.
+        base_wrench: external wrench on a floating base (6,): force, then moment about its origin,
+            in its axes [N, N m]; None if unknown; (N, 6) for rows.
+        make_state: builds `state` from the arrays above.
     """
 
     robot: Robot
@@ -66,21 +65,21 @@ class MotionResult:
 
     @cached_property
     def state(self) -> ClosedState:
-        """The loops, closed; the arrays above are its parts, to the last bit.
+        """The closed state, equal to the arrays above bit by bit.
 
-        Where velocities are not known its rates are zero and say nothing.
+        If velocities are unknown, its rates are zero and meaningless.
         """
         return self.make_state()
 
     @property
     def nearest(self) -> tuple[OneOrRows, str]:
-        """Distance to the nearest singularity, and its loop; 1 and "" without loops.
+        """Distance to the nearest singularity and its loop; 1 and "" without loops.
 
-        Of rows it is the loop of the first.
+        For rows it is the loop of the first.
         """
         if self.distances.ndim == 2:
             return self._nearest_of_rows()
-        distances = self.distances.tolist()  # in plain floats, as every input asks for it
+        distances = self.distances.tolist()  # plain floats are faster, and every input needs it
         if not distances:
             return 1.0, ""
         least = min(distances)
@@ -93,9 +92,9 @@ class MotionResult:
 
     @cached_property
     def drive_forces(self) -> Mapping[str, OneOrRows] | None:
-        """What each drive must give [N m or N]; None before efforts are known.
+        """Force or torque of each drive [N m or N]; None if efforts are unknown.
 
-        None also where the drives, as they stand, cannot give the efforts; of rows: of one of them.
+        It is also None if the drives cannot give the efforts, for rows in any of them.
         """
         if self.efforts is None:
             return None
@@ -106,11 +105,11 @@ class MotionResult:
 
     @cached_property
     def pose(self) -> Pose:
-        """End effector in the base frame."""
+        """Pose of the end effector in the base frame."""
         return self.robot.forward_kinematics(self.state)
 
     def rows(self, which: NDArray[np.intp]) -> MotionResult:
-        """Some of the N rows, in the order of `which`; the result itself where those are all."""
+        """Some of the N rows, in the order of `which`; the result itself for all rows."""
         if len(which) == len(self.position):
             return self
         active = self.active
@@ -134,18 +133,18 @@ class MotionResult:
         )
 
     def goes_with(self, other: MotionResult) -> bool:
-        """Whether both can be rows of one result."""
+        """Whether two results can be merged as rows."""
         return self._given == other._given and self.branch == other.branch
 
     @property
     def _given(self) -> tuple[bool, bool, bool]:
-        """Whether velocity, acceleration and efforts are there."""
+        """Whether velocity, acceleration and efforts are known."""
         acceleration = self.active.acceleration
         return self.velocity is not None, acceleration is not None, self.efforts is not None
 
     @staticmethod
     def joined(results: Sequence[MotionResult]) -> MotionResult:
-        """Results of single samples that go together, as rows."""
+        """Merge compatible results of single samples as rows."""
         extras = [result.extras for result in results]
         return replace(
             results[0],

@@ -1,6 +1,6 @@
-"""Everything that belongs to one configured robot: made at configure, thrown away at cleanup.
+"""The runtime of one configured robot, from configure to cleanup.
 
-Knows no rclpy.
+This module does not depend on rclpy.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ _SOME_BODY: Final = PayloadBody(1.0, (0.0,) * 3, (0.0,) * 6)
 
 
 class Runtime:
-    """One robot at work: pipeline, conditions, settings, and the newest result."""
+    """Pipeline, conditions, settings and newest result of one robot."""
 
     def __init__(self, robot: Robot, settings: NodeSettings) -> None:
-        """Make it, and have the robot's code generated before the first message waits for it.
+        """Make the pipeline, and compile the robot's code before the first message.
 
         Raises:
             HybridDynamicsError: the measured joints do not determine the others, or the payload is
-                none.
-            ParameterError: a parameter does not go with this robot.
+                impossible.
+            ParameterError: a parameter does not fit this robot.
         """
         self.robot = robot
         self.settings = settings
@@ -75,25 +75,26 @@ class Runtime:
         )
         self.evaluator = self.pipeline.evaluator
         self.monitor = Monitor(StrokeMargins(robot))
-        self.lock = threading.RLock()  # the stream and calls that change something take turns
+        self.lock = threading.RLock()  # for the stream and for calls with changes
         self.result: MotionResult | None = None
         self.conditions = Conditions()
-        # Is given the payloads whenever others are in effect.
+        # Called with the payloads after each change.
         self.payloads_changed: Callable[[Mapping[str, PayloadBody]], None] = lambda _: None
         self._taken: NodeSettings | None = None
         self._prepared: set[Kind] = set()
-        # Makes code elsewhere and keeps it on disk; whether the robot still needs it.
+        # Compiles code in another process into the cache; returns whether the robot is still in
+        # use.
         self.make_code: Callable[[Rehearsal], bool] = lambda _: True
         self.take(settings)
         self._warm_up()
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """Joints that the input gives."""
+        """Names of the measured joints."""
         return self.evaluator.measured
 
     def problem(self, settings: NodeSettings) -> str:
-        """Why the robot cannot work with these settings, or ""."""
+        """Why the settings do not fit the robot, or ""."""
         try:
             self._conditions(settings)
         except (HybridDynamicsError, ParameterError) as error:
@@ -107,7 +108,7 @@ class Runtime:
         return conditions, loads_of(self.robot, conditions)
 
     def conditions_under(self, settings: NodeSettings) -> Conditions:
-        """What would hold with these settings.
+        """The conditions under some settings.
 
         Raises:
             HybridDynamicsError: the payload is none.
@@ -116,7 +117,7 @@ class Runtime:
         return self._conditions(settings)[0]
 
     def take(self, settings: NodeSettings) -> None:
-        """Work with these settings from now on.
+        """Apply settings.
 
         Raises:
             HybridDynamicsError: the payload is none.
@@ -145,11 +146,11 @@ class Runtime:
         self.settings = self._taken = settings
 
     def is_prepared(self, conditions: Conditions) -> bool:
-        """Whether all code for such conditions is here: taking them holds up nothing."""
+        """Whether all code for some conditions is ready, so that they take effect without delay."""
         return _kind(conditions) in self._prepared
 
     def prepare(self, conditions: Conditions) -> None:
-        """Have all code for conditions here, while the stream goes on in another thread.
+        """Compile all code for some conditions, while the stream continues in another thread.
 
         Raises:
             HybridDynamicsError: the loads act on no frame of the robot, or are none.
@@ -163,15 +164,15 @@ class Runtime:
                 rehearse(self.robot, rehearsal)
         except NotStoredError:
             if self.make_code(rehearsal):
-                rehearse(self.robot, rehearsal)  # makes here what could not be made elsewhere
+                rehearse(self.robot, rehearsal)  # compiles code that the other process could not
         finally:
             self._prepared.add(_kind(conditions))
 
     def change(self, change: ConditionChange) -> bool:
-        """Work under changed conditions from now on; whoever made the change has checked them.
+        """Apply a checked change of conditions.
 
         Returns:
-            Whether it is done: not where code has to be prepared first.
+            True if it was applied; False if code must be prepared first.
         """
         with self.lock:
             conditions = change.applied(self.conditions)
@@ -184,29 +185,29 @@ class Runtime:
             return True
 
     def _hold(self, conditions: Conditions) -> None:
-        """From now on these are the conditions."""
+        """Set the conditions."""
         before, self.conditions = self.conditions, conditions
         if conditions.payloads != before.payloads:
             self.payloads_changed(conditions.payloads)
 
     def process(self, sample: JointSample) -> MotionResult | Rejection | None:
-        """The result of one sample under the conditions of now; None: it waits for other joints."""
+        """The result of one sample, or its rejection; None if it waits for other joints."""
         with self.lock:
             return self.pipeline.process(sample)
 
     @property
     def moving(self) -> bool:
-        """Whether a joint moved at the newest input.
+        """Whether a joint was moving at the newest input.
 
-        One whose rate is not known counts as moving.
+        A joint with unknown rate counts as moving.
         """
         if self.result is None:
             return False
         rates = self.result.velocity
-        return rates is None or not np.abs(rates).max() <= self.settings[STILL]  # NaN: not known
+        return rates is None or not np.abs(rates).max() <= self.settings[STILL]  # also true for NaN
 
     def situation(self) -> Situation:
-        """How things stand, for whoever answers a call."""
+        """The situation, for service calls."""
         result = self.result
         return Situation(
             conditions=self.conditions,
@@ -217,7 +218,7 @@ class Runtime:
         )
 
     def reset(self) -> None:
-        """Forget the samples so far; the counts stay."""
+        """Discard the samples so far; counts are kept."""
         self.evaluator.reset()
         self.pipeline.readings.joiner.clear()
         if self.pipeline.odometry is not None:
@@ -233,13 +234,13 @@ class Runtime:
         bare = Conditions(gravity=self.conditions.gravity)
         frame = self.settings[PAYLOAD_FRAME] or robot.end_effector
         loaded = bare.with_payload(frame, _SOME_BODY)
-        # What most calls and parameters bring while messages flow.
+        # Conditions that most calls and parameters lead to.
         for conditions in (bare, loaded, self.conditions):
             self.prepare(conditions)
 
 
 def _kind(conditions: Conditions) -> Kind:
-    """What decides which code conditions need; values of loads do not."""
+    """The properties of conditions that decide their code; values of loads do not matter."""
     return tuple(conditions.payloads), conditions.mode is None
 
 

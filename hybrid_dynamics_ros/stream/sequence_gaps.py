@@ -1,4 +1,4 @@
-"""Messages that were lost on the way, by the numbers that their publishers gave them."""
+"""Counting of lost messages by sequence numbers."""
 
 from __future__ import annotations
 
@@ -6,29 +6,30 @@ from collections.abc import Callable, Hashable
 
 
 class SequenceGaps:
-    """Counts the numbers that never came.
+    """Counts missing sequence numbers.
 
-    Numbers say nothing about who sent them. Each continues the nearest one below it: which of two
-    publishers lost a message may then be mixed up, the sum is right.
+    Sequence numbers do not identify the publisher. Each continues the nearest one below it. With
+    several publishers the losses may be assigned to a wrong one, but their sum is right.
 
     Attributes:
-        lost: how many numbers are missing so far.
+        lost: number of missing messages so far.
     """
 
     def __init__(self, publishers: Callable[[], frozenset[Hashable]]) -> None:
-        """Nothing has come yet.
+        """Start without messages.
 
         Args:
-            publishers: who publishes now. It is asked where a number does not continue the last.
+            publishers: returns the present publishers; called if a number does not continue the
+                last.
         """
         self.lost = 0
         self._publishers = publishers
         self._present: frozenset[Hashable] = frozenset()
-        # Number of each publisher's newest message, the last used last.
+        # Newest number of each publisher, the most recent last.
         self._newest: list[int] = []
 
     def note(self, number: int) -> None:
-        """A message with this number has come."""
+        """Register the number of a message."""
         newest = self._newest
         if newest and newest[-1] + 1 == number:
             newest[-1] = number
@@ -38,11 +39,11 @@ class SequenceGaps:
     def _note_jump(self, number: int) -> None:
         present = self._publishers()
         if not self._present <= present:
-            self._newest.clear()  # one has left, and nobody knows which number was its own
+            self._newest.clear()  # a publisher has left, and its number is unknown
         self._present = present
         newest = self._newest
         before = max((other for other in newest if other < number), default=None)
-        is_first = len(newest) < len(present)  # of one that has not been heard of
+        is_first = len(newest) < len(present)  # from a new publisher
         if before is not None and (before + 1 == number or not is_first):
             self.lost += number - before - 1
             newest.remove(before)

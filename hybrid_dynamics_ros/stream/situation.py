@@ -1,4 +1,4 @@
-"""How things stand when a service call comes in."""
+"""The situation of a robot at a service call."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from .conditions import Conditions
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """How things stand. Plain values: they travel to the process that answers.
+    """The situation, as plain data for worker processes.
 
     Attributes:
         conditions: gravity, payloads, assembly modes.
         settings: the parameters.
-        measured: joints that the stream gives.
+        measured: names of the measured joints.
         newest: active joints at the newest input (n,) [rad or m], or None before the first.
-        moving: whether they moved then.
+        moving: whether they were moving then.
     """
 
     conditions: Conditions = field(default_factory=Conditions)

@@ -1,4 +1,4 @@
-"""Margins to the ends of strokes and of limited angles. Knows no ROS."""
+"""Margins to the ends of strokes and of limited angles. It does not depend on ROS."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ..messages.joint_samples import FloatArray
 
 
 class StrokeMargins:
-    """Joints whose motion ends somewhere, and their margins to both ends.
+    """Joints with limits, and their margins to both limits.
 
     Attributes:
         lower, upper: limits of all coordinates (n_s,) [rad or m].
-        joints: those with a finite limit, (k,).
-        units: of their coordinates.
+        joints: names of the k joints with a finite limit.
+        units: units of their coordinates.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -36,11 +36,11 @@ class StrokeMargins:
         Args:
             s: all coordinates of one state (n_s,) [rad or m].
         """
-        values = s.tolist()  # in plain floats, as every input is asked
+        values = s.tolist()  # plain floats are faster, and every input needs it
         return all(low <= values[k] <= high for k, low, high in self._rows)
 
     def margins(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """To the lower and the upper end of each of ``joints``, negative beyond it.
+        """Margins to the lower and the upper limit of ``joints``, negative beyond.
 
         Args:
             s: all coordinates, (n_s,) or (N, n_s) [rad or m].
@@ -55,7 +55,7 @@ class StrokeMargins:
 def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Lower and upper limits of all coordinates (n_s,) [rad or m].
 
-    Those of active coordinates are within the range in which the loops close.
+    Limits of active coordinates are narrowed to the range in which the loops close.
     """
     joints = robot.description.joints
     limits = np.array([joints[name].limits for name in robot.coordinates], dtype=np.float64)

@@ -1,8 +1,7 @@
-"""What goes out for each input: a class for each topic, which lays out its messages and fills them.
+"""The output topics: a class for each, with layout and encoding of its messages.
 
-The same class fills the message of one sample for the live node, and the messages of many rows for
-a bag. Messages are filled in as bytes (`cdr`), which costs a fifth of a message object; the names
-of all are written once. Knows no ROS.
+A class encodes the message of one sample for the live node, and the messages of rows for a bag.
+Encoding as bytes (`cdr`) costs a fifth of a message object. This module does not depend on ROS.
 """
 
 from __future__ import annotations
@@ -28,26 +27,24 @@ from .stroke_margins import StrokeMargins
 
 
 class ClosedStates(OutputTopic):
-    """Residual, assembly modes, distances to singularities and to the ends of strokes."""
+    """Residual, assembly modes, distances to singularities, and margins to limits."""
 
     name, kind = "closed_state", "hybrid_dynamics_msgs/msg/ClosedState"
 
     def __init__(self, robot: Robot) -> None:
         self._robot, self._strokes = robot, StrokeMargins(robot)
-        self._templates: dict[
-            str, MessageTemplate
-        ] = {}  # by the loop that is nearest to its singularity
+        self._templates: dict[str, MessageTemplate] = {}  # by the loop nearest to its singularity
         self._branch: Mapping[str, str] = {}
 
     def message(self, result: MotionResult) -> Message:
-        """Rows have to share the loop that is nearest to its singularity."""
+        """The message; rows must share the loop nearest to its singularity."""
         nearest, loop = result.nearest
         template = self._template(result.branch, loop)
         lower, upper = self._strokes.margins(result.position)
         return template, (result.residual, result.distances, nearest, lower, upper)
 
     def groups(self, result: MotionResult) -> Sequence[Rows]:
-        """Rows by the loop that is nearest to its singularity."""
+        """Rows by the loop nearest to its singularity."""
         if result.distances.shape[-1] < 2:
             return super().groups(result)
         nearest = np.argmin(result.distances, axis=-1)
@@ -89,7 +86,7 @@ class EndEffectorPose(OutputTopic):
 class EndEffectorTwist(OutputTopic):
     """Velocity of the end effector's origin and angular velocity, in base axes.
 
-    Nothing before rates are known.
+    There is no message until rates are known.
     """
 
     name, kind = "end_effector_twist", "geometry_msgs/msg/TwistStamped"
@@ -108,9 +105,9 @@ class EndEffectorTwist(OutputTopic):
 
 
 class BaseWrench(OutputTopic):
-    """What acts on a floating base from outside, as contacts do, for the motion that it has.
+    """The external wrench on a floating base, such as from contacts, for its motion.
 
-    Nothing before accelerations are known, or without odometry.
+    There is no message until accelerations are known, or without odometry.
     """
 
     name, kind = "base_wrench", "geometry_msgs/msg/WrenchStamped"
@@ -128,7 +125,7 @@ class BaseWrench(OutputTopic):
 
 
 class LoopReactions(OutputTopic):
-    """Force and moment in every pin; nothing before accelerations are known."""
+    """Force and moment in every pin; no message until accelerations are known."""
 
     name, kind = "loop_reactions", "hybrid_dynamics_msgs/msg/LoopReactions"
 
@@ -163,7 +160,7 @@ class LoopReactions(OutputTopic):
 class CylinderStates(OutputTopic):
     """Pressures and flows of the cylinders.
 
-    Nothing before accelerations are known, or where the robot file gives no areas.
+    There is no message until accelerations are known, or if the robot file gives no areas.
     """
 
     name, kind = "cylinder_states", "hybrid_dynamics_msgs/msg/CylinderStates"
@@ -193,7 +190,7 @@ class CylinderStates(OutputTopic):
 
 
 class Transforms(OutputTopic):
-    """Every link in the one before it, where robot_state_publisher does not send that."""
+    """Transforms of all links, for use without robot_state_publisher."""
 
     name, kind = "/tf", "tf2_msgs/msg/TFMessage"
 
@@ -208,7 +205,7 @@ class Transforms(OutputTopic):
 
     @property
     def rate(self) -> Parameter[float]:
-        """Below zero, as it is without a choice, the topic is not there."""
+        """The parameter of the rate; negative (the default) disables the topic."""
         return TF_RATE
 
     def message(self, result: MotionResult) -> Message:
@@ -230,7 +227,7 @@ TOPICS: Final = (
 
 
 def topics_of(robot: Robot, settings: NodeSettings) -> list[OutputTopic]:
-    """All topics for a robot; transforms among them where their rate is not below zero."""
+    """All topics of a robot, with transforms if their rate is not negative."""
     names = frame_names(robot, settings)
     topics: list[OutputTopic] = [
         JointStates(robot),

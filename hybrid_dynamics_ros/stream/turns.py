@@ -1,7 +1,7 @@
-"""Continues angles across the wrap of encoders, which give (-pi, pi] or [0, 2 pi).
+"""Unwrapping of encoder angles, which are in (-pi, pi] or [0, 2 pi).
 
-A step of more than half a turn from one sample to the next is no motion, unless a measured velocity
-says that it is. The nearest number of whole turns is subtracted, from then on.
+A step of more than half a turn between samples counts as a wrap, unless a measured velocity
+explains it. Then the nearest number of whole turns is subtracted from later angles.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ _HALF: Final = 0.5 * TURN
 
 
 class TurnState(NamedTuple):
-    """What is remembered of the sample before.
+    """State after a sample.
 
     Attributes:
         stamp_ns: its stamp [ns].
-        readings: its angles and lengths, as they came [rad or m].
-        turns: whole turns to add to the readings of each joint.
-        shift: the same (n,) as angles [rad]; None where all are zero.
+        readings: readings of the sample [rad or m].
+        turns: whole turns to add to each joint's readings.
+        shift: these turns as angles (n,) [rad]; None if all are zero.
     """
 
     stamp_ns: int
@@ -39,12 +39,12 @@ class TurnState(NamedTuple):
 
 
 class TurnRows(NamedTuple):
-    """N samples, continued.
+    """N unwrapped samples.
 
     Attributes:
-        state: state after the last sample; None if none has come yet.
+        state: state after the last sample; None without samples.
         position: (N, n), without jumps [rad or m].
-        wraps: number of jumps that were removed, by joint.
+        wraps: number of removed jumps, by joint.
     """
 
     state: TurnState | None
@@ -53,7 +53,7 @@ class TurnRows(NamedTuple):
 
 
 class TurnCounter:
-    """Continues the angles of some joints. After a gap, or a stamp that goes back, it starts anew.
+    """Unwraps the angles of some joints; it restarts after a gap or a backward stamp.
 
     `step` takes one sample, `run` a batch: both give the same bits.
     """
@@ -63,11 +63,11 @@ class TurnCounter:
 
         Args:
             names: joints.
-            is_angle: whether each joint turns; lengths stay as they are.
-            max_gap: largest time between two samples that follow each other [s].
+            is_angle: whether each joint is an angle; lengths are not changed.
+            max_gap: largest gap between samples [s].
         """
         self._names = tuple(names)
-        # a longer step is a jump; of lengths none is
+        # a longer step is a jump; infinite for lengths
         self._longest_steps = [_HALF if turns else math.inf for turns in is_angle]
         self._max_gap = max_gap
         self._at_start = (0,) * len(self._names)
@@ -79,19 +79,19 @@ class TurnCounter:
         position: FloatArray,
         velocity: FloatArray | None,
     ) -> tuple[TurnState, FloatArray]:
-        """State and continued position (n,) of one more sample.
+        """State and unwrapped position (n,) after one more sample.
 
         Args:
-            state: state before, or None at the start; it is not changed.
+            state: previous state, or None at the start; it is not changed.
             stamp_ns: stamp [ns].
-            position: (n,) as it came [rad or m].
-            velocity: (n,) [rad/s or m/s], NaN where it was not measured; None: of no joint.
+            position: (n,) readings [rad or m].
+            velocity: (n,) [rad/s or m/s], NaN where not measured; None for no joint.
         """
         readings = position.tolist()
         if state is None or not self._goes_on(state.stamp_ns, stamp_ns):
             return TurnState(stamp_ns, readings, self._at_start, None), position
         turns, shift = state.turns, state.shift
-        # In plain floats: this is done for every message, and NumPy is slow for so short arrays.
+        # Plain floats are faster than NumPy for short arrays, and every message needs it.
         steps = map(sub, readings, state.readings)
         if max(map(abs, steps)) > _HALF:
             turns = self._continued(state, stamp_ns, readings, velocity)
@@ -107,18 +107,18 @@ class TurnCounter:
         position: FloatArray,
         velocity: FloatArray,
     ) -> TurnRows:
-        """What `step` gives for each of N samples, one after the other.
+        """Results of `step` for N consecutive samples.
 
         Args:
-            state: state before, or None at the start; it is not changed.
+            state: previous state, or None at the start; it is not changed.
             stamps: (N,) [ns].
-            position: (N, n) as they came [rad or m].
-            velocity: (N, n) [rad/s or m/s], NaN where it was not measured.
+            position: (N, n) readings [rad or m].
+            velocity: (N, n) [rad/s or m/s], NaN where not measured.
         """
         wraps: Counter[str] = Counter()
         continued = position
         edges = [*self._breaks(stamps, position), len(stamps)]
-        first = 0  # of the rows that have the turns of `state`
+        first = 0  # first row with the turns of `state`
         for row in edges:
             if first < row and state is not None:
                 last = int(stamps[row - 1])
@@ -138,7 +138,7 @@ class TurnCounter:
         return TurnRows(state, continued, wraps)
 
     def wraps(self, before: TurnState | None, after: TurnState) -> Counter[str]:
-        """Number of jumps that were removed between a sample and the next, by joint."""
+        """Number of removed jumps between two samples, by joint."""
         if before is None or after.turns is before.turns or after.turns is self._at_start:
             return Counter()
         pairs = zip(self._names, before.turns, after.turns, strict=True)
@@ -148,7 +148,7 @@ class TurnCounter:
         return restart_between(before_ns, stamp_ns, self._max_gap) is None
 
     def _breaks(self, stamps: NDArray[np.int64], position: FloatArray) -> list[int]:
-        """The first row, and each row with a jump, a gap or a stamp that goes back before it."""
+        """The first row, and each row after a jump, a gap or a backward stamp."""
         intervals = np.diff(stamps)
         steps = np.abs(np.diff(position, axis=0))
         is_break = (steps > self._longest_steps).any(axis=1)
@@ -163,7 +163,7 @@ class TurnCounter:
         readings: Sequence[float],
         velocity: FloatArray | None,
     ) -> tuple[int, ...]:
-        """Turns of each joint from a sample with a jump on."""
+        """Turns of each joint after a sample with a jump."""
         interval = (stamp_ns - state.stamp_ns) * 1e-9
         turns = list(state.turns)
         for k, longest in enumerate(self._longest_steps):
@@ -177,7 +177,7 @@ class TurnCounter:
 
 
 def _copied_once(continued: FloatArray, position: FloatArray) -> FloatArray:
-    """An array to write into: most recordings have no jumps, and need no copy."""
+    """A writable array, copied at the first jump only."""
     if continued is position:
         return position.copy()
     return continued

@@ -1,1 +1,1 @@
-"""Rates and accelerations from sampled positions."""
+"""Estimation of velocities and accelerations from sampled positions."""

@@ -1,7 +1,7 @@
-"""The steps of a filter as machine code: its formulas run once on doubles that write themselves.
+"""Compilation of filter steps: their formulas are traced with `doubles.Double`.
 
-Around them stand loops over rows and joints, which know nothing of the filter. exp and expm1 are
-those of the C library, which Python calls too: every bit is that of `recursion.run_in_python`.
+Loops over rows and joints surround them. exp and expm1 are those of the C library, as in Python, so
+that all bits equal those of `recursion.run_in_python`.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ _FILLED = ("memory", "fitted", "quality")
 
 
 def compiled(steps: Steps) -> Callable[..., int]:
-    """A `recursion.Advance`."""
+    """Compile steps to a `recursion.Advance`."""
     text = "".join((DECLARATIONS, doubles.DECLARATIONS, _rows_text(steps), _entry_text(steps)))
     return extension.function(llvm.Loaded(llvm.compile_text(text, native.LEVEL)))
 
 
 def _entry_text(steps: Steps) -> str:
-    """The function `call`, which Python calls: the arrays are checked."""
+    """The entry function `call` for Python, which checks the arrays."""
     entry = Entry("call", len(_NAMES), extension.header())
     rows, _, joints = entry.lengths(_NAMES.index("samples"), 3)
     shapes: dict[str, list[int | str]] = {
@@ -48,7 +48,7 @@ def _entry_text(steps: Steps) -> str:
 
 
 def _rows_text(steps: Steps) -> str:
-    """Row after row: the memory, then each joint."""
+    """The loop over rows: the memory, then each joint."""
     parameters = ["i64 %rows", "i64 %joints", *(f"ptr %{name}" for name in _NAMES)]
     f = Function(f"define internal void @rows({', '.join(parameters)})")
     constants = _loaded(f, "%constants", steps.constants)

@@ -1,6 +1,6 @@
-"""Doubles of a function that is being written: each operator on them is one instruction of it.
+"""Traced doubles: each operator writes one instruction of a function.
 
-Nothing is fused and nothing reordered, so the function gives the bits that Python gives.
+Operations are neither fused nor reordered, so that the function and Python give the same bits.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ declare double @expm1(double)
 
 
 class Double:
-    """A double, by the name of its value in the function."""
+    """A double in a function, with the name of its value."""
 
     __slots__ = ("function", "name")
 
@@ -59,7 +59,7 @@ class Double:
         return self._let(f"call double @expm1(double {self.name})")
 
     def choose(self, other: Double | float, yes: Double | float, no: Double | float) -> Double:
-        """`yes` where this is larger than the other, else `no`."""
+        """`yes` if this is larger than `other`, otherwise `no`."""
         is_larger = self.function.let(f"fcmp ogt double {self.name}, {name_of(other)}")
         return self._let(f"select i1 {is_larger}, double {name_of(yes)}, double {name_of(no)}")
 

@@ -1,8 +1,8 @@
-"""A filter that estimates derivatives from samples, at any stamps: what stamps mean, and its state.
+"""Causal filters that estimate derivatives from samples at arbitrary stamps.
 
-It is causal. The arithmetic is that of its `Steps`; one sample and rows of samples go through the
-same code. All work on samples is elementwise, so joints go through together, and the bits of one do
-not depend on the others.
+This module classifies stamps and keeps the state; `Steps` has the formulas. Single samples and rows
+run the same code. Operations on samples are elementwise, so that the bits of a joint do not depend
+on the others.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from numpy.typing import NDArray
 from .recursion import Advance, FloatArray, advance_of
 from .steps import Steps
 
-Condition = Any  # a float or a bool, or an array of them with one entry a row
+Condition = Any  # a float or a bool, or an array with one entry for each row
 
 
 class StampEvent(Enum):
-    """What the stamp of a sample meant to the filter."""
+    """Event of a sample's stamp."""
 
-    NEXT = "next"  # went on from the sample before
+    NEXT = "next"  # continues the sample before
     FIRST = "first"  # no sample before
-    REPEATED = "repeated"  # same stamp and same values: nothing new
+    REPEATED = "repeated"  # same stamp and values: ignored
     CONFLICT = "conflicting stamp"  # same stamp, other values: restarted
     BACKWARD = "backward stamp"  # earlier than the sample before: restarted
     GAP = "gap"  # later than the largest gap: restarted
 
 
 def restart_between(before_ns: int, stamp_ns: int, max_gap: float) -> StampEvent | None:
-    """Why what is remembered of a sample says nothing of the next; None where it does.
+    """The event that prevents continuation between two samples; None if there is none.
 
     Args:
-        before_ns: stamp of the sample [ns].
-        stamp_ns: stamp of the next [ns].
-        max_gap: largest time between two samples that follow each other [s].
+        before_ns: stamp of the earlier sample [ns].
+        stamp_ns: stamp of the later sample [ns].
+        max_gap: largest gap [s].
     """
     if stamp_ns < before_ns:
         return StampEvent.BACKWARD
@@ -50,15 +50,15 @@ def restart_between(before_ns: int, stamp_ns: int, max_gap: float) -> StampEvent
 
 
 class FilterState(NamedTuple):
-    """All that the filter remembers.
+    """The state of a filter.
 
     Attributes:
         stamp_ns: stamp of the newest sample [ns].
         start_ns: stamp of the first sample since the last restart [ns].
-        memory: what the joints share, see `Steps`.
+        memory: values common to all joints, see `Steps`.
         sample: newest sample, (channels, n).
-        derivatives: (D, n), the fitted value and its derivatives at ``stamp_ns`` [unit/s^k]; those
-            that the samples never determined are zero.
+        derivatives: (D, n) fitted value and its derivatives at ``stamp_ns`` [unit/s^k];
+            undetermined ones are zero.
     """
 
     stamp_ns: int
@@ -69,18 +69,18 @@ class FilterState(NamedTuple):
 
     @property
     def quality(self) -> float:
-        """How good the estimate is, by the measure of the filter."""
+        """Quality of the estimate, in the filter's own measure."""
         return float(self.memory[-1])
 
 
 class FilterRows(NamedTuple):
-    """What the filter makes of N samples.
+    """Estimates of N samples.
 
     Attributes:
         derivatives: after each sample, (N, D, n).
-        ready: whether they can be used, (N,).
-        events: how often a stamp was which event.
-        state: after the last sample.
+        ready: mask (N,) of usable derivatives.
+        events: number of stamps by event.
+        state: state after the last sample.
     """
 
     derivatives: FloatArray
@@ -93,7 +93,7 @@ class RateFilter(ABC):
     """A filter with its settings.
 
     Attributes:
-        max_gap: stamps further apart than this restart the filter [s].
+        max_gap: gaps longer than this restart the filter [s].
     """
 
     max_gap: float
@@ -106,7 +106,7 @@ class RateFilter(ABC):
     @property
     @abstractmethod
     def steps(self) -> tuple[Steps, ...]:
-        """The formulas for one channel, for two, and so on, as far as the filter takes them."""
+        """The formulas by number of channels, from one on."""
 
     @property
     @abstractmethod
@@ -115,11 +115,11 @@ class RateFilter(ABC):
 
     @abstractmethod
     def first_memory(self, channels: int) -> tuple[float, ...]:
-        """The memory after one sample of so many values a joint."""
+        """The memory after one sample with a number of channels."""
 
     @abstractmethod
     def is_good(self, elapsed: Condition, quality: Condition) -> Condition:
-        """Whether derivatives can be used.
+        """Whether derivatives are usable.
 
         Args:
             elapsed: time since the last restart [s].
@@ -127,7 +127,7 @@ class RateFilter(ABC):
         """
 
     def prepare(self) -> None:
-        """Check the settings and make the code now, not while the first sample waits.
+        """Check the settings and compile the code, before the first sample.
 
         Raises:
             ValueError: a setting is not a positive number.
@@ -144,7 +144,7 @@ class RateFilter(ABC):
         return np.array(self.constants)
 
     def ready(self, state: FilterState) -> bool:
-        """Whether the derivatives of a state can be used."""
+        """Whether the derivatives of a state are usable."""
         elapsed = (state.stamp_ns - state.start_ns) * 1e-9
         return bool(self.is_good(elapsed, state.quality))
 
@@ -154,12 +154,12 @@ class RateFilter(ABC):
         """The state after one more sample.
 
         Args:
-            state: state before, or None at the start. It is not changed.
+            state: previous state, or None at the start; it is not changed.
             stamp_ns: stamp of the sample [ns].
             sample: (channels, n), finite.
 
         Returns:
-            The new state, and what the stamp meant. Backward stamps, conflicting stamps and gaps
+            The new state, and the event of the stamp. Backward stamps, conflicting stamps and gaps
             restart the filter from this sample.
         """
         event = self._event(state, stamp_ns, sample)
@@ -195,7 +195,7 @@ class RateFilter(ABC):
         fitted: FloatArray,
         quality: FloatArray,
     ) -> FloatArray:
-        """Samples that go on from a state: `fitted` and `quality` are filled; the memory after.
+        """Advance by samples: fills `fitted` and `quality`, and returns the memory.
 
         Arguments are those of `recursion.Advance`.
         """
@@ -208,10 +208,10 @@ class RateFilter(ABC):
     def run(
         self, state: FilterState | None, stamps: NDArray[np.int64], samples: FloatArray
     ) -> FilterRows:
-        """What `step` gives for each of N samples, one after the other.
+        """Results of `step` for N consecutive samples.
 
         Args:
-            state: before the first sample, or None at the start; it is not changed.
+            state: state before the first sample, or None; it is not changed.
             stamps: (N,) [ns].
             samples: (N, channels, n), finite; at least one.
         """
@@ -219,7 +219,7 @@ class RateFilter(ABC):
         derivatives = np.empty((count, self.steps[0].derivatives, n))
         ready = np.empty(count, dtype=bool)
         events: Counter[StampEvent] = Counter()
-        # Of a type object of this process, where another one sent the samples.
+        # Converts to a dtype object of this process.
         samples = np.ascontiguousarray(samples).view(np.float64)
         at = 0
         while at < count:
@@ -247,10 +247,10 @@ class RateFilter(ABC):
         derivatives: FloatArray,
         ready: NDArray[np.bool_],
     ) -> tuple[int, FilterState]:
-        """The samples at the front that follow each other without a gap.
+        """Process the first samples, up to a gap.
 
-        `derivatives` and `ready` are filled as far as that. Returns their number and the state
-        after them.
+        It fills `derivatives` and `ready`, and returns the number of samples and the state after
+        them.
         """
         intervals = np.diff(stamps, prepend=state.stamp_ns)
         seconds = intervals * 1e-9
@@ -272,10 +272,10 @@ class RateFilter(ABC):
 
 
 def require_positive(name: str, value: float) -> None:
-    """Refuse a setting that is not a finite number above 0.
+    """Check that a setting is a finite number above 0.
 
     Raises:
-        ValueError: it is none.
+        ValueError: it is not.
     """
     if not (math.isfinite(value) and value > 0.0):
         raise ValueError(f"{name} is {value}, expected a finite number above 0")

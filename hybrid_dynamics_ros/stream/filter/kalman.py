@@ -5,8 +5,8 @@ The model of the motion is white snap: the fourth derivative of a joint's positi
 ch. 6, one order higher). Samples are positions with white noise, or positions and velocities.
 
 Why this one
-  * Motions of degree 3 are followed without any steady error, at any stamps. Slow motions have no
-    lag: the error of the acceleration grows with the square of the frequency.
+  * Motions of degree 3 have no steady error, at any stamps. Slow motions have no lag: the error of
+    the acceleration grows with the square of the frequency.
   * For samples much denser than 1/omega it is a linear filter with the poles of a Butterworth
     filter of order 4: an acceleration passes as (1 + c s) / (1 + c s + (c^2 / 2) s^2 + c s^3 + s^4)
     does, with s in units of omega and c = sqrt(4 + 2 sqrt(2)). It has lost 3 dB at 1.554 omega,
@@ -37,22 +37,22 @@ from .steps import Steps
 _ORDER: Final = 4  # position, velocity, acceleration, jerk
 _ABOVE: Final = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))  # entries of U
 
-# Of omega: where accelerations from positions have lost 3 dB.
+# Frequency over omega at which accelerations from positions have lost 3 dB.
 _BANDWIDTH: Final = 1.5538243
 
-# Variances of what one sample does not determine, in natural units: so large that they say nothing.
+# Large variances, in natural units, of derivatives that one sample does not determine.
 _UNDETERMINED: Final = 1e20
 
 # White snap of unit density over a unit of time has the covariance U D U^T.
 _NOISE_U: Final = ((1 / 2, 3 / 20, 1 / 24), (1 / 2, 1 / 6), (1 / 2,))
 _NOISE_D: Final = (1 / 100800, 1 / 720, 1 / 12, 1.0)
 
-# Settled variance of accelerations in natural units, at most: for dense samples, and for a step of
-# 1/omega, where it grows with the cube of the step.
+# Steady variance of accelerations in natural units: for dense samples, and for a step of 1/omega,
+# where it grows with the cube of the step.
 _DENSE: Final = 6.32
 _SPARSE: Final = 0.31
 
-_LARGEST: Final = 25.0  # variance of an acceleration that is used, over its settled value
+_LARGEST: Final = 25.0  # largest variance of usable accelerations, over the steady one
 
 
 Rows = list[list[Scalar]]
@@ -60,12 +60,11 @@ Rows = list[list[Scalar]]
 
 @dataclass(frozen=True)
 class KalmanSteps:
-    """The formulas. The constants are omega [1/s] and, of unit position noise, velocity noise.
+    """The formulas. Constants are omega [1/s] and the velocity noise for unit position noise.
 
-    The latter is a variance, in natural units. The memory holds the covariance, D and then U by
-    rows, and last the least variance of accelerations so far, over what it settles at. D is zero
-    for what one sample has measured: it has no interval before it, and gets its noise from the
-    second.
+    The latter is a variance in natural units. The memory has the covariance (D, then U by rows),
+    and last the least variance of accelerations so far over the steady one. After one sample D is
+    zero for measured values: their noise follows from the interval to the second sample.
 
     Attributes:
         channels: 1 for positions, 2 for positions and velocities.
@@ -108,7 +107,7 @@ class KalmanSteps:
 
 
 def _factors(memory: Scalars) -> tuple[list[Scalar], Rows]:
-    """D, and U with all its entries."""
+    """D, and U with all entries."""
     upper = _unit()
     for (i, k), entry in zip(_ABOVE, memory[_ORDER:-1], strict=True):
         upper[i][k] = entry
@@ -120,7 +119,7 @@ def _unit() -> Rows:
 
 
 def _predicted(diagonal: Sequence[Scalar], upper: Rows, step: Scalar) -> tuple[list[Scalar], Rows]:
-    """The covariance an interval later, with the noise of that interval (Thornton's update).
+    """The covariance after an interval, with its process noise (Thornton's update).
 
     F U D U^T F^T + Q is W diag(D, D_Q) W^T with W = [F U, U_Q], whose rows are made orthogonal by
     Gram-Schmidt with weights, from the last one on. Columns of both parts alternate, so that row i
@@ -207,10 +206,10 @@ def _measured(
 
 
 def _scaled(gains: Sequence[Scalar], omega: Scalar, order: int) -> list[Scalar]:
-    """Gains per second and so on, of those in units of 1/omega.
+    """Gains in seconds, from gains in units of 1/omega.
 
     Args:
-        gains: of a derivative, in natural units.
+        gains: gains of a derivative in natural units.
         omega: [1/s].
         order: of the derivative.
     """
@@ -226,7 +225,7 @@ def _scaled(gains: Sequence[Scalar], omega: Scalar, order: int) -> list[Scalar]:
 
 
 def _moved(derivatives: Scalars, dt: Scalar) -> list[Scalar]:
-    """The cubic, seen `dt` [s] later."""
+    """The cubic, shifted by `dt` [s]."""
     position, velocity, acceleration, jerk = derivatives
     return [
         position + dt * (velocity + dt * (0.5 * acceleration + dt * (jerk / 6.0))),
@@ -243,7 +242,7 @@ class KalmanFilter(RateFilter):
     Attributes:
         bandwidth: frequency where accelerations from dense positions have lost 3 dB [Hz].
         velocity_noise: deviation of measured velocities over that of positions [1/s].
-        max_gap: stamps further apart than this restart the filter [s].
+        max_gap: gaps longer than this restart the filter [s].
     """
 
     bandwidth: float
@@ -276,12 +275,12 @@ class KalmanFilter(RateFilter):
         return self.omega, (self.velocity_noise / self.omega) ** 2
 
     def first_memory(self, channels: int) -> tuple[float, ...]:
-        """What the sample has not measured is not determined."""
+        """The memory after one sample; unmeasured derivatives are undetermined."""
         diagonal = [0.0] * channels + [_UNDETERMINED] * (_ORDER - channels)
         return (*diagonal, *(0.0 for _ in _ABOVE), math.inf)
 
     def is_good(self, elapsed: Condition, quality: Condition) -> Condition:  # noqa: ARG002
-        """Whether the error of accelerations has come within a factor of 5 of what it settles at.
+        """Whether the error of accelerations is within a factor of 5 of its steady value.
 
         That takes four positions, over some 1/omega; less with velocities.
         """

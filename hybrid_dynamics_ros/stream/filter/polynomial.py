@@ -1,4 +1,4 @@
-"""Derivatives of sampled signals: causal, for samples at any stamps, exact for polynomials.
+"""A causal polynomial filter for derivatives of samples at arbitrary stamps.
 
 The filter fits a polynomial of degree D to all samples so far, by least squares. A sample of age
 tau has the weight exp(-lambda tau). The derivatives of the polynomial at the newest stamp are the
@@ -41,9 +41,9 @@ from .filter import Condition, RateFilter, require_positive
 from .scalars import Scalar, Scalars, choose, choose_each, exp, expm1
 from .steps import Steps
 
-# The memory is never shorter than about one sample interval: older samples keep at least this share
-# of their weight at each step. Where the bandwidth is too high for the sample rate, the filter
-# becomes the finite difference of the last D + 1 samples and not less.
+# Older samples keep at least this share of their weight at each step, so the memory has at least
+# about one sample interval. If the bandwidth is too high for the sample rate, the filter becomes
+# the finite difference of the last D + 1 samples.
 LEAST_DECAY: Final = 0.1
 MOST_WEIGHT: Final = 1.0 - LEAST_DECAY
 
@@ -51,7 +51,7 @@ MOST_WEIGHT: Final = 1.0 - LEAST_DECAY
 # diagonal. Two stamps that almost coincide say nothing about a second derivative.
 LEAST_CONDITION: Final = 1e-9
 
-# Below it the moments of stamps a nanosecond apart come near the smallest numbers there are.
+# Below it, moments of stamps a nanosecond apart could underflow.
 LEAST_BANDWIDTH: Final = 1e-12  # [Hz]
 
 
@@ -59,9 +59,8 @@ LEAST_BANDWIDTH: Final = 1e-12  # [Hz]
 class PolynomialSteps:
     """The formulas. The constant is lambda [1/s].
 
-    The memory holds weighted sums of age^k, k = 0..4, ages in units of 1/lambda, and the degree
-    that they allow. Zeros stand for one sample, which has no interval before it: it gets its weight
-    from the second.
+    The memory has weighted sums of age^k, k = 0..4, with ages in units of 1/lambda, and the allowed
+    degree. It is zero after one sample, whose weight follows from the interval to the second.
 
     Attributes:
         degree: highest derivative that is fitted, 1 or 2.
@@ -90,7 +89,7 @@ class PolynomialSteps:
     def correct(
         self, derivatives: Scalars, dt: Scalar, gains: Scalars, samples: Scalars
     ) -> Scalars:
-        """The polynomial moved to the new sample, and corrected."""
+        """The polynomial shifted to the new sample, and corrected."""
         (sample,) = samples
         moved = _moved(derivatives, dt)
         error = sample - moved[0]
@@ -98,10 +97,11 @@ class PolynomialSteps:
 
 
 def _weights(step: Scalar) -> tuple[Scalar, Scalar]:
-    """What older samples keep of their weight after a step, and the weight of the new sample.
+    """The factor for weights of older samples after a step, and the weight of the new sample.
 
     A sample stands for the interval before it: the bandwidth does not depend on the sample rate.
-    Both add up to 1; the difference itself would lose the weight of a very short step.
+    They add up to 1. The second is not computed as a difference, which would lose digits for short
+    steps.
 
     Args:
         step: interval in units of 1/lambda.
@@ -115,13 +115,13 @@ def _weights(step: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def _aged(moments: Scalars, step: Scalar, decay: Scalar, weight: Scalar) -> Scalars:
-    """Moments after a step and a new sample of age 0: binomial shift of the ages.
+    """Moments after a step and a new sample, by a binomial shift of the ages.
 
     Args:
         moments: weighted sums of age^k, k = 0..4, ages in units of 1/lambda.
         step: interval in units of 1/lambda.
-        decay: what older samples keep of their weight.
-        weight: of the new sample.
+        decay: factor for weights of older samples.
+        weight: weight of the new sample.
     """
     m0, m1, m2, m3, m4 = moments
     return (
@@ -134,14 +134,14 @@ def _aged(moments: Scalars, step: Scalar, decay: Scalar, weight: Scalar) -> Scal
 
 
 def _fit(moments: Scalars, highest: int) -> tuple[Scalar, Scalar, list[Scalar]]:
-    """The degree that the moments allow, and the fit of that degree.
+    """The largest allowed degree, and the fit of that degree.
 
-    A degree is allowed where the Hankel matrix of its moments is well conditioned. Fewer samples
-    than degree + 1 make a singular one.
+    A degree is allowed if the Hankel matrix of its moments is well conditioned. With fewer samples
+    than degree + 1 it is singular.
 
     Args:
         moments: with the newest sample.
-        highest: degree that is looked for, 1 or 2.
+        highest: the wanted degree, 1 or 2.
 
     Returns:
         The degree; determinant of its Hankel matrix; cofactors of the first column, zeros for
@@ -182,7 +182,7 @@ def _gains(cofactors: Sequence[Scalar], scale: Scalar, rate: Scalar) -> Scalars:
 
 
 def _moved(derivatives: Scalars, dt: Scalar) -> Scalars:
-    """The polynomial, seen `dt` [s] later."""
+    """The polynomial, shifted by `dt` [s]."""
     value, first, *higher = derivatives
     if not higher:
         return value + dt * first, first
@@ -197,7 +197,7 @@ class PolynomialFilter(RateFilter):
     Attributes:
         degree: highest derivative that is estimated, 1 or 2.
         bandwidth: frequency where the highest derivative has lost 3 dB, 1e-12 or more [Hz].
-        max_gap: stamps further apart than this restart the filter [s].
+        max_gap: gaps longer than this restart the filter [s].
     """
 
     degree: int
@@ -216,7 +216,7 @@ class PolynomialFilter(RateFilter):
 
     @cached_property
     def rate(self) -> float:
-        """lambda, the rate at which samples are forgotten [1/s]."""
+        """lambda, the decay rate of weights [1/s]."""
         return 2.0 * math.pi * self.bandwidth / math.sqrt(2.0 ** (1.0 / (self.degree + 1)) - 1.0)
 
     @cached_property
@@ -239,9 +239,9 @@ class PolynomialFilter(RateFilter):
         return (0.0,) * 6
 
     def is_good(self, elapsed: Condition, quality: Condition) -> Condition:
-        """Whether the filter has its samples: degree + 1 or more, over the lag or longer.
+        """Whether the filter has enough samples: degree + 1, over at least the lag.
 
-        The polynomial is exact from sample degree + 1 on. Over a short time, though, noise in the
-        samples is blown up. After one lag it is within a factor of 5 of what it settles at.
+        The polynomial is exact from sample degree + 1 on, but noise is amplified over a short time.
+        After one lag it is within a factor of 5 of its steady value.
         """
         return (quality == self.degree) & (elapsed >= self.lag)

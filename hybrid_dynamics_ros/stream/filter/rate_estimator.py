@@ -1,7 +1,7 @@
 """Velocities and accelerations of the measured joints, from the fields of a JointState.
 
-Where a message has velocities, they are taken as they are. Accelerations, and velocities elsewhere,
-come from filters (`routes`).
+Velocities of a message are used unchanged. Accelerations, and missing velocities, come from filters
+(`routes`).
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ Mask = NDArray[np.bool_]
 
 
 class Estimate(NamedTuple):
-    """Rates of the measured joints at one stamp; None where the filter lacks samples.
+    """Rates of the measured joints at one stamp; None if the filter lacks samples.
 
     Attributes:
         velocity: (n,) [rad/s or m/s], measured or estimated.
         acceleration: (n,) [rad/s^2 or m/s^2].
-        event: what the stamp meant to the filter.
+        event: event of the stamp.
     """
 
     velocity: FloatArray | None
@@ -40,7 +40,7 @@ class Estimate(NamedTuple):
 
 
 class EstimatorState(NamedTuple):
-    """State after a sample.
+    """State of the estimator after a sample.
 
     Attributes:
         from_velocities: whether the newest sample had velocities.
@@ -53,15 +53,15 @@ class EstimatorState(NamedTuple):
 
 @dataclass(eq=False)
 class RateRows:
-    """Rates of N samples, a row each.
+    """Rates of N samples, one row each.
 
     Attributes:
-        velocity: (N, n) [rad/s or m/s]; zero where it is not known.
-        has_velocity: (N,).
-        acceleration: (N, n) [rad/s^2 or m/s^2]; NaN where it is not known.
-        has_acceleration: (N,).
-        events: how often a stamp was which event to the filter.
-        state: that of what made them, after the last sample; None where rates were given.
+        velocity: (N, n) [rad/s or m/s]; zero if unknown.
+        has_velocity: mask (N,) of known velocities.
+        acceleration: (N, n) [rad/s^2 or m/s^2]; NaN if unknown.
+        has_acceleration: mask (N,) of known accelerations.
+        events: number of stamps by event.
+        state: state of the estimator after the last sample; None for given rates.
     """
 
     velocity: FloatArray
@@ -73,7 +73,7 @@ class RateRows:
 
     @staticmethod
     def given(velocity: FloatArray, acceleration: FloatArray) -> RateRows:
-        """Rates that came with the samples."""
+        """Make rates from given velocities and accelerations."""
         every = np.ones(len(velocity), dtype=bool)
         return RateRows(velocity, every, acceleration, every, Counter(), None)
 
@@ -89,9 +89,9 @@ class RateRows:
         )
 
     def at(self, place: slice | int) -> tuple[FloatArray | None, FloatArray | None]:
-        """Velocity and acceleration of one sample, or of a run as `runs` gives it.
+        """Velocity and acceleration of one sample, or of a run of `runs`.
 
-        None where they are not known.
+        They are None if unknown.
         """
         first = place.start if isinstance(place, slice) else place
         velocity = self.velocity[place] if self.has_velocity[first] else None
@@ -99,23 +99,23 @@ class RateRows:
         return velocity, acceleration
 
     def runs(self) -> Iterator[slice]:
-        """Rows that follow each other and of which the same rates are known."""
+        """Runs of consecutive rows with the same known rates."""
         return _runs(2 * self.has_velocity.astype(np.int8) + self.has_acceleration)
 
 
 class MotionEstimator:
-    """Estimates rates, sample by sample or many at once.
+    """Estimator of rates, for single samples or batches.
 
-    Messages with and without velocities may take turns. Where another filter serves the new kind,
-    estimation starts anew.
+    Messages with and without velocities may alternate. If each kind has its own filter, a change
+    restarts the estimation.
 
     Attributes:
-        bandwidth: of polynomials, and of what smooths recordings [Hz].
-        max_gap: stamps further apart than this restart the estimation [s].
+        bandwidth: bandwidth of polynomial filters, and of smoothing of recordings [Hz].
+        max_gap: gaps longer than this restart the estimation [s].
     """
 
     def __init__(self, bandwidth: float, max_gap: float, kalman: Kalman | None = None) -> None:
-        """An estimator of polynomials, or a Kalman filter with its settings.
+        """Make an estimator with polynomial filters, or with a Kalman filter.
 
         Raises:
             ValueError: a number is not positive.
@@ -133,7 +133,7 @@ class MotionEstimator:
         return without.filter is having.filter
 
     def lag(self, *, measured: bool) -> float:
-        """How late accelerations are [s]: from velocities that are measured, or from positions."""
+        """Lag of accelerations [s], from measured velocities or from positions."""
         return self._routes[measured].filter.lag
 
     def step(
@@ -146,10 +146,10 @@ class MotionEstimator:
         """State and estimate after one more sample.
 
         Args:
-            state: state before, or None at the start; it is not changed.
+            state: previous state, or None at the start; it is not changed.
             stamp_ns: stamp [ns].
             position: (n,) [rad or m].
-            velocity: (n,) [rad/s or m/s], or None where it was not measured.
+            velocity: (n,) [rad/s or m/s], or None if not measured.
 
         Raises:
             RejectedError: estimated rates are not finite.
@@ -176,14 +176,14 @@ class MotionEstimator:
         velocity: FloatArray,
         measured: Mask,
     ) -> RateRows:
-        """What `step` gives for each of N samples, one after the other.
+        """Results of `step` for N consecutive samples.
 
         Args:
-            state: state before, or None at the start; it is not changed.
+            state: previous state, or None at the start; it is not changed.
             stamps: (N,) [ns].
             position: (N, n) [rad or m].
-            velocity: (N, n) [rad/s or m/s] where it was measured.
-            measured: (N,).
+            velocity: (N, n) [rad/s or m/s], used where measured.
+            measured: mask (N,) of samples with velocities.
 
         Raises:
             RejectedError: estimated rates are not finite.
@@ -204,13 +204,13 @@ class MotionEstimator:
     def _run(
         self, rates: RateRows, rows: slice, stamps: NDArray[np.int64], position: FloatArray
     ) -> None:
-        """Fill in the rates of one run of samples of one kind.
+        """Set the rates of one run of samples of one kind.
 
         Args:
-            rates: of all samples; its `state` is that before the run, and then that after it.
-            rows: of the run.
-            stamps: (k,) of the run [ns].
-            position: (k, n) of the run [rad or m].
+            rates: rates of all samples; its `state` is advanced over the run.
+            rows: rows of the run.
+            stamps: (k,) stamps of the run [ns].
+            position: (k, n) positions of the run [rad or m].
         """
         measured = bool(rates.has_velocity[rows.start])
         route, before = self._route(rates.state, measured)
@@ -230,9 +230,9 @@ class MotionEstimator:
     def _route(
         self, state: EstimatorState | None, measured: bool
     ) -> tuple[Route, FilterState | None]:
-        """Where samples of a kind go, and the state that their filter goes on from.
+        """The route of samples of a kind, and the previous state of its filter.
 
-        That is None where another filter took the samples before.
+        The state is None if another filter processed the samples before.
         """
         route = self._routes[measured]
         if state is None or self._routes[state.from_velocities].filter is not route.filter:

@@ -1,6 +1,6 @@
-"""What runs the steps of a filter over rows of samples: compiled code, else Python.
+"""Recursion of filter steps over rows of samples, in compiled code or in Python.
 
-Both are made of the same text, and give the same bits.
+Both run the same formulas, and give the same bits.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from .steps import Steps
 
 FloatArray = NDArray[np.float64]
 
-# Of float64 arrays in C order: intervals (N,) [s], samples (N, channels, n), constants, memory
-# before the first row and, filled in, after the last; derivatives (D, n) before the first row.
-# Filled: derivatives (N, D, n) after each row, and the last number of the memory (N,). The answer
-# is 0, or `kernels.status.NOT_TAKEN` where the arrays are others.
+# Arguments are float64 arrays in C order: intervals (N,) [s], samples (N, channels, n), constants,
+# memory (changed in place), derivatives (D, n) before the first row. Outputs: derivatives (N, D, n)
+# after each row, and the last number of the memory (N,). The result is 0, or
+# `kernels.status.NOT_TAKEN` for other arrays.
 Advance = Callable[
     [FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], int
 ]
@@ -38,7 +38,7 @@ def advance_of(steps: Steps) -> Advance:
 
 
 def run_in_python(steps: Steps, *arrays: FloatArray) -> int:
-    """An `Advance` without a compiler, and its arrays."""
+    """Run an `Advance` in Python; arguments after `steps` are its arrays."""
     intervals, samples, constants, memory, before, fitted, quality = arrays
     numbers, shared, joints = constants.tolist(), memory.tolist(), list(before)
     last: tuple[list[float], float] | None = None
@@ -46,7 +46,7 @@ def run_in_python(steps: Steps, *arrays: FloatArray) -> int:
     gains: Scalars = ()
     with np.errstate(all="ignore"):
         for row, dt in enumerate(intervals.tolist()):
-            if last != (shared, dt):  # at even stamps the memory settles, and the gains with it
+            if last != (shared, dt):  # gains are reused once the memory is steady
                 last = shared, dt
                 after, gains = steps.update(numbers, shared, dt)
             shared, joints = list(after), list(steps.correct(joints, dt, gains, samples[row]))

@@ -1,6 +1,6 @@
-"""The two estimators of rates that can be chosen: which filters samples go through.
+"""Routes of samples through filters, for the two estimators of rates.
 
-Samples with and without velocities are two kinds of sample.
+Samples with and without velocities are two kinds.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .recursion import FloatArray
 
 
 class Taken(Enum):
-    """What a filter takes of a sample."""
+    """The part of a sample that a filter uses."""
 
     POSITION = "position"
     VELOCITY = "velocity"
@@ -26,12 +26,12 @@ class Taken(Enum):
 
 
 class Route(NamedTuple):
-    """How samples of one kind go through a filter.
+    """The route of one kind of samples.
 
     Attributes:
         filter: the filter.
-        takes: what it takes of a sample: positions, velocities or both.
-        acceleration: which of its derivatives is the acceleration.
+        takes: part of a sample that it uses: positions, velocities or both.
+        acceleration: index of the acceleration in its derivatives.
     """
 
     filter: RateFilter
@@ -39,7 +39,7 @@ class Route(NamedTuple):
     acceleration: int
 
     def samples(self, position: FloatArray, velocity: FloatArray | None) -> FloatArray:
-        """What the filter takes, (..., channels, n), of position and velocity (..., n)."""
+        """Input of the filter (..., channels, n), from position and velocity (..., n)."""
         if velocity is None or self.takes is Taken.POSITION:
             return position[..., None, :]
         if self.takes is Taken.VELOCITY:
@@ -61,14 +61,14 @@ class Kalman:
 
 
 def polynomial_routes(bandwidth: float, max_gap: float) -> tuple[Route, Route]:
-    """Routes of samples without velocities and of those with them, each with its own filter.
+    """Routes of samples without and with velocities, each with its own filter.
 
-    A polynomial of degree 2 is fitted to positions, or one of degree 1 to velocities, which count
-    as exact.
+    Polynomials of degree 2 are fitted to positions, and of degree 1 to velocities, which count as
+    exact.
 
     Args:
         bandwidth: frequency where accelerations from dense samples have lost 3 dB [Hz].
-        max_gap: stamps further apart than this restart a filter [s].
+        max_gap: gaps longer than this restart a filter [s].
     """
     of_positions = PolynomialFilter(2, bandwidth, max_gap)
     of_velocities = PolynomialFilter(1, bandwidth, max_gap)
@@ -76,9 +76,9 @@ def polynomial_routes(bandwidth: float, max_gap: float) -> tuple[Route, Route]:
 
 
 def kalman_routes(settings: Kalman, max_gap: float) -> tuple[Route, Route]:
-    """The same through one filter of positions, and of velocities where there are some.
+    """Routes of samples without and with velocities through one Kalman filter.
 
-    Samples with and without velocities may take turns.
+    Both kinds may alternate.
     """
     filt = KalmanFilter(settings.bandwidth, settings.velocity_noise, max_gap)
     return Route(filt, Taken.POSITION, 2), Route(filt, Taken.BOTH, 2)

@@ -1,4 +1,4 @@
-"""Functions over scalars that Python's operators do not give.
+"""Functions over scalars besides Python's operators.
 
 A scalar of a filter is a float, an array with one entry a joint, or a `doubles.Double`. All three
 round after every operation, in the same order, so they agree to the last bit.
@@ -24,14 +24,14 @@ def expm1(x: Scalar) -> Scalar:
 
 
 def choose(a: Scalar, b: Scalar, yes: Scalar, no: Scalar) -> Scalar:
-    """`yes` where a > b, else `no`: no path of the code depends on it. No arrays."""
+    """`yes` if a > b, otherwise `no`, without a branch in compiled code; not for arrays."""
     if isinstance(a, float):
         return yes if a > b else no
     return a.choose(b, yes, no)
 
 
 def choose_each(a: Scalar, b: Scalar, yes: Scalars, no: Scalars) -> Scalars:
-    """The scalars of `yes` where a > b, else those of `no`."""
+    """The scalars of `yes` if a > b, otherwise those of `no`."""
     if isinstance(a, float):
         return yes if a > b else no
     return [a.choose(b, x, y) for x, y in zip(yes, no, strict=True)]

@@ -1,4 +1,4 @@
-"""The contract of a filter's formulas: what it does with a row of samples."""
+"""The interface of a filter's formulas for a row of samples."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from .scalars import Scalar, Scalars
 
 
 class Steps(Hashable, Protocol):
-    """A filter, written once over scalars (`scalars.Scalar`). Hashable.
+    """Formulas of a filter over scalars (`scalars.Scalar`); hashable.
 
-    What depends on the stamps alone is done once a row, for all joints: `update` takes and gives
-    floats or doubles of compiled code. `correct` is done for each joint: with arrays it takes all.
+    `update` depends on stamps only, and runs once for each row, on floats or traced doubles.
+    `correct` runs for each joint; with arrays, for all joints at once.
     """
 
     @property
     def channels(self) -> int:
-        """Values that each joint has in a row of samples."""
+        """Number of values of each joint in a row."""
         ...
 
     @property
     def constants(self) -> int:
-        """Numbers that stay as they are."""
+        """Number of constants."""
         ...
 
     @property
     def memory(self) -> int:
-        """Numbers that the joints share. The last says how good the estimate is."""
+        """Number of values common to all joints; the last is the quality of the estimate."""
         ...
 
     @property
     def derivatives(self) -> int:
-        """Derivatives that each joint has, its value among them."""
+        """Number of derivatives of each joint, including its value."""
         ...
 
     def update(self, constants: Scalars, memory: Scalars, dt: Scalar) -> tuple[Scalars, Scalars]:

@@ -1,1 +1,1 @@
-"""Bases that move freely, and the charts of ball and free joints on topics."""
+"""Floating bases, and charts of ball and free joints in messages."""

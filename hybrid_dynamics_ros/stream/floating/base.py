@@ -1,7 +1,7 @@
 """The floating base of a robot, and its motion from odometry.
 
-The base has estimates of its own, from the stamps of its messages alone. So neither the rate of
-joint states nor their order among those of the base changes them.
+The base has its own estimates, from the stamps of its messages only. So they depend neither on the
+rate of joint states, nor on the order of both kinds of messages.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from ...messages.odometry import OdometrySample
 from ..filter.rate_estimator import EstimatorState, MotionEstimator
 
 TWIST: Final = 6  # numbers of a twist
-_UNIT: Final = 0.01  # from 1, of the length of a quaternion that is taken
+_UNIT: Final = 0.01  # largest deviation of a quaternion's norm from 1
 
 
 @dataclass(frozen=True, eq=False)
 class FloatingBase:
-    """A free joint on the base link that nobody drives.
+    """A free joint on the base link without a drive.
 
     Attributes:
         joint: its name.
         link: the link that it carries.
-        places: its six coordinates among the active ones.
-        zero: where the link stands at zero, in the base frame.
+        places: indices of its six coordinates among the active ones.
+        zero: pose of the link at zero, in the base frame.
     """
 
     joint: str
@@ -39,18 +39,18 @@ class FloatingBase:
     zero: Pose
 
     def at(self, position: FloatArray, rotation: FloatArray) -> Pose:
-        """The pose that the joint has where the link is at a pose in the base frame."""
+        """The joint's pose for a pose of the link in the base frame."""
         turned = self.zero.rotation.T
         return Pose(turned @ (position - self.zero.position), turned @ rotation)
 
     def at_rest(self, robot: Robot) -> BaseMotion:
-        """At the reference, without motion."""
+        """The motion at rest at the reference."""
         pose = robot.joint_pose(robot.close(robot.reference), self.joint)
         return BaseMotion(0, pose, np.zeros(TWIST), np.zeros(TWIST))
 
 
 def floating_base(robot: Robot) -> FloatingBase | None:
-    """The floating base of a robot; None where it has none."""
+    """The floating base of a robot, or None."""
     description = robot.description
     for joint in description.freely_turning:
         rows = [description.joints[name] for name in joint.joints]
@@ -68,14 +68,13 @@ def floating_base(robot: Robot) -> FloatingBase | None:
 
 
 class BaseMotion(NamedTuple):
-    """How the base moves at one stamp.
+    """Motion of the base at one stamp.
 
     Attributes:
         stamp_ns: stamp [ns].
-        pose: of its joint.
+        pose: pose of its joint.
         twist: linear and angular velocity in the axes of its link (6,) [m/s, rad/s].
-        acceleration: rates of these six numbers (6,) [m/s^2, rad/s^2]; None while they are not
-            known.
+        acceleration: time derivatives of these six numbers (6,) [m/s^2, rad/s^2]; None if unknown.
     """
 
     stamp_ns: int
@@ -85,24 +84,24 @@ class BaseMotion(NamedTuple):
 
 
 class OdometryInput:
-    """Takes odometry of the base, and remembers the newest.
+    """Receives odometry of the base, and stores the newest.
 
     Attributes:
         base: of the robot.
-        topic: where odometry comes from, for texts.
+        topic: topic of odometry, for texts.
         newest: motion at the newest message; None before the first.
-        max_age: how far its stamp may be from that of a joint state [s].
-        link: what messages call the link of the base, where they name it.
+        max_age: largest difference to the stamp of a joint state [s].
+        link: name of the base's link in messages.
     """
 
     def __init__(self, base: FloatingBase, topic: str, link: str, max_age: float) -> None:
-        """Nothing was measured yet.
+        """Start without measurements.
 
         Args:
             base: of the robot.
-            topic: where odometry comes from.
-            link: what messages call the link of the base.
-            max_age: how far stamps may be from that of a joint state [s].
+            topic: topic of odometry.
+            link: name of the base's link in messages.
+            max_age: largest difference to the stamp of a joint state [s].
         """
         self.base = base
         self.topic = topic
@@ -111,21 +110,21 @@ class OdometryInput:
         self.link = link
         self._estimator: MotionEstimator | None = None
         self._state: EstimatorState | None = None
-        self._way = np.zeros(TWIST)  # what the twist adds up to [m, rad]
+        self._way = np.zeros(TWIST)  # integral of the twist [m, rad]
 
     def set_filter(self, estimator: MotionEstimator) -> None:
-        """Estimate accelerations so from now on; the estimates start anew."""
+        """Set the estimator of accelerations; the estimates restart."""
         self._estimator = estimator
         self.clear()
 
     def clear(self) -> None:
-        """Forget all."""
+        """Discard all messages."""
         self.newest = None
         self._state = None
         self._way = np.zeros(TWIST)
 
     def take(self, sample: OdometrySample) -> None:
-        """Take a message.
+        """Store a message.
 
         Raises:
             RejectedError: the stamp is negative, the message is of another link, a number is not
@@ -146,7 +145,7 @@ class OdometryInput:
         """The motion of the base for a joint state at a stamp [ns].
 
         Raises:
-            RejectedError: there is none so near.
+            RejectedError: no message is near enough.
         """
         newest = self.newest
         if newest is None or abs(stamp_ns - newest.stamp_ns) * 1e-9 > self.max_age:
@@ -160,7 +159,7 @@ class OdometryInput:
         return newest
 
     def _way_to(self, sample: OdometrySample) -> FloatArray:
-        """What the twist adds up to by then; filters that take positions too need it (6,)."""
+        """Integral of the twist up to a sample (6,), as position for filters that use positions."""
         if self.newest is None:
             return self._way
         elapsed = (sample.stamp_ns - self.newest.stamp_ns) * 1e-9

@@ -1,4 +1,4 @@
-"""From the motion of the joints and that of a floating base to the full state and the efforts."""
+"""Evaluation of motions of robots with a floating base."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ from .first_charts import in_first_charts, require_first_charts, require_first_r
 
 
 class FloatingEvaluator(MotionEvaluator):
-    """Evaluates one sample after the other, with the base wherever odometry has it.
+    """Evaluates samples one by one, with the base at its odometry.
 
-    Ball and free joints are closed in the charts that suit the pose, so every orientation is as
-    good as any other.
+    Ball and free joints are closed in charts that suit the pose, so no orientation is singular.
 
     Attributes:
-        base: of the robot.
+        base: the robot's base.
         base_motion: its motion at the next sample; at rest at the reference until one is set.
     """
 
@@ -39,7 +38,7 @@ class FloatingEvaluator(MotionEvaluator):
         *,
         base: FloatingBase,
     ) -> None:
-        """The evaluator of one robot; other arguments are those of `MotionEvaluator`."""
+        """Make the evaluator of one robot; other arguments are those of `MotionEvaluator`."""
         self.base = base
         self.base_motion = base.at_rest(robot)
         super().__init__(robot, bandwidth, max_gap, measured, kalman)
@@ -69,7 +68,7 @@ class FloatingEvaluator(MotionEvaluator):
         return result
 
     def _forces(self, state: ClosedState, motion: OrderedMotion) -> _Forces:
-        """Accelerations and what they take, as far as all rates are known."""
+        """Accelerations, efforts and wrench, if all rates are known."""
         places, moving = list(self.base.places), self.base_motion
         _, du, ddu = motion
         if du is None or ddu is None or moving.acceleration is None:
@@ -83,12 +82,12 @@ class FloatingEvaluator(MotionEvaluator):
 
 
 class _Forces(NamedTuple):
-    """What the motion takes; None where it is not known.
+    """Forces of a motion; None if unknown.
 
     Attributes:
-        acceleration: of the active coordinates (n,), in the charts of the state.
-        efforts: along them (n,).
-        wrench: on the base from outside (6,) [N, N m].
+        acceleration: accelerations of the active coordinates (n,), in the charts of the state.
+        efforts: efforts along them (n,).
+        wrench: external wrench on the base (6,) [N, N m].
     """
 
     acceleration: FloatArray | None
@@ -104,7 +103,7 @@ def evaluator_of(
     kalman: Kalman | None = None,
     base: FloatingBase | None = None,
 ) -> MotionEvaluator:
-    """The evaluator of a robot, whose base moves by odometry or does not (None).
+    """Make the evaluator of a robot; `base` is None without odometry.
 
     Other arguments and errors are those of `MotionEvaluator`.
     """

@@ -1,4 +1,4 @@
-"""Ball and free joints on topics: their angles are those of the URDF, in one chart alone."""
+"""Ball and free joints in messages: their angles are those of the URDF, in the first chart."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from hybrid_dynamics_core.algebra.charts import FIRST, angles_in, rate_matrix
 
 from ...messages.joint_samples import FloatArray
 
-_SINGULAR = 1e-9  # cosine of the second turn below which angles have no rates
+_SINGULAR = 1e-9  # cosine of the second angle below which rates are undefined
 
 
 def require_first_reference(robot: Robot, base: str = "") -> None:
-    """Raise InputError where a ball or free joint stands in its second chart at the reference.
+    """Raise InputError if a ball or free joint is in its second chart at the reference.
 
     Args:
         robot: the robot.
-        base: name of the joint whose pose comes by odometry: it may stand anyhow.
+        base: name of the joint with odometry, which is exempt.
     """
     for name, chart in robot.description.charts.items():
         if chart != FIRST and name != base:
@@ -28,12 +28,12 @@ def require_first_reference(robot: Robot, base: str = "") -> None:
 
 
 def require_first_charts(robot: Robot, state: ClosedState, base: str = "") -> None:
-    """Raise SingularityError where a ball joint in a loop went on in its second chart.
+    """Raise SingularityError if a ball joint in a loop changed to its second chart.
 
     Args:
         robot: the robot.
-        state: of it.
-        base: name of the joint whose pose comes by odometry: it may stand anyhow.
+        state: its state.
+        base: name of the joint with odometry, which is exempt.
     """
     names = [joint.name for joint in robot.description.freely_turning]
     if not names:
@@ -49,9 +49,9 @@ def require_first_charts(robot: Robot, state: ClosedState, base: str = "") -> No
 
 
 def in_first_charts(robot: Robot, state: ClosedState) -> tuple[FloatArray, FloatArray]:
-    """All coordinates of one state, and their rates, with ball and free joints in first charts.
+    """All coordinates and rates of a state, with ball and free joints in the first chart.
 
-    At exactly a quarter turn of the second turn the three angles have no rates: these are NaN.
+    If the second angle is exactly a quarter turn, rates are undefined, and are NaN.
 
     Returns:
         (n_s,) [rad, m] and (n_s,) [rad/s, m/s].
