@@ -1,4 +1,4 @@
-"""What the project wants to reach, as ratios of times measured in one run."""
+"""Goals of the project, as ratios of times measured in one run."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ CONSTRAINED = "Pinocchio, constraintDynamics"
 
 @dataclass(frozen=True)
 class Goal:
-    """A work on one side against the fastest of other sides.
+    """A goal for one computation on one side, against the fastest of other sides.
 
     Attributes:
         work: key of WORKS.
-        text: what is compared, as the table shows it.
+        text: description of the comparison in the table.
         others: names of the other sides.
-        faster: how many times faster the side is to be, if not 0.
-        slower: else, how many times slower it may be.
-        side: its name.
+        faster: the least speed-up over the fastest other side; 0 if `slower` is given.
+        slower: the largest slow-down against it; 0 if `faster` is given.
+        side: name of the side that is compared.
     """
 
     work: str
@@ -36,7 +36,7 @@ class Goal:
     side: str = OURS
 
     def measured(self, times: Mapping[str, Mapping[str, Timing]]) -> float | None:
-        """How many times faster, or slower; None where a side is missing."""
+        """The speed-up if the goal is one, else the slow-down; None if a side is missing."""
         rows = times.get(self.work, {})
         others = [rows[name].median for name in self.others if name in rows]
         if self.side not in rows or not others:
@@ -55,8 +55,14 @@ class Goal:
     def wanted(self) -> str:
         """The goal in words."""
         if self.faster:
-            return f"{self.faster:g} times faster"
-        return f"within {self.slower:g} times"
+            return f"at least {self.in_words(self.faster)}"
+        return f"at most {self.in_words(self.slower)}"
+
+    def in_words(self, ratio: float) -> str:
+        """A ratio with its direction: `22.1 times faster`."""
+        if self.faster:
+            return f"{ratio:.3g} times faster"
+        return f"{ratio:.3g} times slower"
 
 
 GOALS = (
@@ -80,8 +86,8 @@ GOALS = (
 
 
 def table(times: Mapping[str, Mapping[str, Timing]], goals: Sequence[Goal] = GOALS) -> list[str]:
-    """One row a goal that the installed sides allow to measure."""
-    lines = ["| this library beside | wanted | measured | |", "|---|---|---:|---|"]
+    """One row for each goal whose sides are installed."""
+    lines = ["| this library against | goal | measured | |", "|---|---|---|---|"]
     for goal in goals:
         value = goal.measured(times)
         if value is None:
@@ -89,5 +95,5 @@ def table(times: Mapping[str, Mapping[str, Timing]], goals: Sequence[Goal] = GOA
         verdict = "not reached"
         if goal.reached(value):
             verdict = "reached"
-        lines.append(f"| {goal.text} | {goal.wanted()} | {value:.3g} | {verdict} |")
+        lines.append(f"| {goal.text} | {goal.wanted()} | {goal.in_words(value)} | {verdict} |")
     return lines
