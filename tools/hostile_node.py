@@ -15,7 +15,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,11 +26,13 @@ from hybrid_dynamics_msgs import srv
 from hybrid_dynamics_msgs.msg import JointMotion
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hybrid_dynamics_ros.node.executor import make_executor
 from hybrid_dynamics_ros.services.table import TABLE
+from hybrid_dynamics_ros.stream.sequence_gaps import SequenceGaps
 
 _NODE: Final = "/hybrid_dynamics"
 _NAMES: Final = ["q1", "q12", "q22", "q4"]
@@ -53,9 +55,12 @@ class Attacker:
         self.sent = 0
         queue = QoSProfile(depth=1000)
         self._states = self.node.create_publisher(JointState, f"{_NODE}/active_joint_states", queue)
-        self.node.create_subscription(
+        answers = self.node.create_subscription(
             JointState, f"{_NODE}/joint_states", self._on_answer, queue, raw=True
         )
+        # By its signature the callback would get the message alone.
+        answers._callback_type = Subscription.CallbackType.WithMessageInfo  # noqa: SLF001
+        self.gaps = SequenceGaps(self._answering)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_report, 10)
         kinds = {service.name: service.kind for service in TABLE}
         kinds |= {"get_state": GetState, "change_state": ChangeState}
@@ -68,7 +73,15 @@ class Attacker:
         """Do what waits, or wait for it so long."""
         self._executor.spin_once(timeout_sec=seconds)
 
-    def _on_answer(self, message: bytes) -> None:
+    def _answering(self) -> frozenset[Hashable]:
+        """Who publishes answers."""
+        endpoints = self.node.get_publishers_info_by_topic(f"{_NODE}/joint_states")
+        return frozenset(bytes(endpoint.endpoint_gid) for endpoint in endpoints)
+
+    def _on_answer(self, *taken: Any) -> None:
+        # The events executor gives message and information as one argument, others as two.
+        message, information = taken[0] if len(taken) == 1 else taken
+        self.gaps.note(information["publication_sequence_number"])
         seconds, nanoseconds = _STAMP.unpack_from(message, 4)
         self.answered.add(seconds * 10**9 + nanoseconds)
 
@@ -239,6 +252,7 @@ def soak(attacker: Attacker, seconds: float, process: int) -> None:
         numbers = [int(attacker.values.get(key, "0")) for key in _KEYS]
         print(
             f"{count // 1000} s: sent {attacker.sent}, answered {len(attacker.answered)}, "
+            f"answers that this tool lost {attacker.gaps.lost}, "
             f"{dict(zip(_KEYS, numbers, strict=True))}, calls {calls.made}, "
             f"answered {calls.answered}, with success {len(calls.good)} of {len(TABLE)} kinds, "
             f"memory {memory(process):.1f} MB",

@@ -25,7 +25,9 @@ from typing import Any
 
 import rclpy
 from hybrid_dynamics_msgs import msg, srv
+from hybrid_dynamics_msgs.action import ConvertTrajectory
 from rcl_interfaces.srv import SetParameters
+from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
@@ -38,6 +40,7 @@ from hybrid_dynamics_ros.parameters import TABLE, ChangeTime, sensor_rows
 
 NODE = "/hybrid_dynamics"
 PATIENCE = 120.0  # [s] for the node to come up, and for an answer
+GOAL = 3.0  # [s] after which a goal is cancelled
 SETTLE = 0.3  # [s] after an answer that still belong to it
 Action = tuple[str, Callable[[], str]]
 
@@ -63,6 +66,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--warm", action="store_true", help="with the cache of this user")
     parser.add_argument("--most", type=float, default=50.0, help="longest way of an input [ms]")
     parser.add_argument("--only", default="", help="actions whose name has this word")
+    parser.add_argument("--points", type=int, default=3, help="of the trajectory to convert")
     parser.add_argument("--stream", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
@@ -80,7 +84,7 @@ def measure(options: argparse.Namespace, folder: Path) -> int:
         try:
             _wait_for(log, "active joints")
             _wait_for(arrivals, "\n")
-            windows = list(_act(robot, options.only))
+            windows = list(_act(robot, options))
         finally:
             for process in (sender, node):
                 process.terminate()
@@ -122,12 +126,13 @@ def _longest(times: list[float]) -> float:
 # -- what is done
 
 
-def _act(robot: Robot, only: str) -> Iterator[tuple[str, str, float, float]]:
+def _act(robot: Robot, options: argparse.Namespace) -> Iterator[tuple[str, str, float, float]]:
     """Do one thing after the other: name, answer, start and end [s]."""
     rclpy.init()
     client = rclpy.create_node("stream_gaps")
-    for name, act in [("nothing", _rest), *_calls(robot, client), *_settings(robot, client)]:
-        if only not in name:
+    calls = _calls(robot, client, options.points)
+    for name, act in [("nothing", _rest), *calls, *_settings(robot, client)]:
+        if options.only not in name:
             continue
         time.sleep(SETTLE)
         start = time.monotonic()
@@ -152,7 +157,7 @@ def _call(client: Any, kind: Any, name: str, request: Any) -> Any:
     return future.result()
 
 
-def _calls(robot: Robot, client: Any) -> Iterator[Action]:
+def _calls(robot: Robot, client: Any, points: int) -> Iterator[Action]:
     """Every service, with requests that make it work."""
     state = robot.close(robot.reference)
     names, u = list(robot.active), robot.reference.tolist()
@@ -163,7 +168,7 @@ def _calls(robot: Robot, client: Any) -> Iterator[Action]:
     point = target.target.pose.position
     point.x, point.y, point.z = robot.forward_kinematics(state).position.tolist()
     trajectory = JointTrajectory(joint_names=names)
-    for second in range(3):
+    for second in range(points):
         entry = JointTrajectoryPoint(positions=u, velocities=still)
         entry.time_from_start.sec = second
         trajectory.points.append(entry)
@@ -182,6 +187,7 @@ def _calls(robot: Robot, client: Any) -> Iterator[Action]:
     for name, (kind, fields) in wants.items():
         request = kind.Request(**fields) if isinstance(fields, dict) else fields
         yield name, _outcome(client, kind, name, request)
+    yield "goal of convert_trajectory, cancelled", _goal(client, trajectory)
     for frame in dict.fromkeys(["", *robot.frames]):
         request = srv.SetPayload.Request(frame=frame)
         request.inertia.m = 1.0
@@ -193,6 +199,22 @@ def _outcome(client: Any, kind: Any, name: str, request: Any) -> Callable[[], st
     def act() -> str:
         answer = _call(client, kind, name, request)
         return "no answer" if answer is None else answer.error_text or "ok"
+
+    return act
+
+
+def _goal(client: Any, trajectory: JointTrajectory) -> Callable[[], str]:
+    """A goal that is cancelled after some seconds."""
+
+    def act() -> str:
+        conversion = ActionClient(client, ConvertTrajectory, f"{NODE}/convert_trajectory")
+        conversion.wait_for_server(PATIENCE)
+        sent = conversion.send_goal_async(ConvertTrajectory.Goal(joints=trajectory))
+        rclpy.spin_until_future_complete(client, sent, timeout_sec=PATIENCE)
+        time.sleep(GOAL)
+        ended = sent.result().cancel_goal_async()
+        rclpy.spin_until_future_complete(client, ended, timeout_sec=PATIENCE)
+        return "ok"
 
     return act
 

@@ -11,6 +11,8 @@ from multiprocessing.reduction import ForkingPickler
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
+from ..messages.trajectory_columns import send_as_columns
+
 
 def _proxy(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
     return MappingProxyType(values)
@@ -18,6 +20,7 @@ def _proxy(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
 
 # Descriptions and states have read-only mappings, which Python does not pickle.
 ForkingPickler.register(MappingProxyType, lambda proxy: (_proxy, (dict(proxy),)))
+send_as_columns()
 
 
 _NICENESS: Final = 5

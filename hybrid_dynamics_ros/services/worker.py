@@ -24,6 +24,7 @@ from typing import Final
 
 from hybrid_dynamics_core import Robot
 
+from ..messages.trajectory_columns import send_as_columns
 from .answers import guarded
 from .context import ServiceContext
 from .table import BY_NAME
@@ -43,6 +44,7 @@ def main(descriptor: int, parent: int, serve: Serve) -> None:
     # Ctrl-C reaches all processes of a terminal, but the node ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_exit_with_node, args=(parent,), daemon=True).start()
+    send_as_columns()
     connection = Connection(descriptor)
     try:
         description = connection.recv()

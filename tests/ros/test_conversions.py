@@ -1,18 +1,28 @@
 """Messages to arrays and back."""
 
 import array
+import gc
+import pickle
+from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from hybrid_dynamics_msgs.msg import JointMotion
+from hybrid_dynamics_msgs.srv import ConvertTrajectory
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hybrid_dynamics_core.algebra.rotations import quaternion
 from hybrid_dynamics_ros.bags.decode import Decoder
 from hybrid_dynamics_ros.messages import conversions
+from hybrid_dynamics_ros.messages.trajectory_columns import (
+    columns_of,
+    message_of,
+    send_as_columns,
+)
 from hybrid_dynamics_ros.node.input_reader import StateReader
 from tests.bags.messages import START, joint_state, messages_of
 
@@ -129,3 +139,23 @@ def test_a_name_with_a_nul_is_read_up_to_it_live_and_from_recordings():
         {},
         {},
     )
+
+
+@pytest.mark.parametrize("count", [0, 1, 40])
+def test_trajectories_go_through_pipes_as_they_are(count):
+    """Whatever each point has: lengths differ, and times may be negative."""
+    rng = np.random.default_rng(count)
+    sent = JointTrajectory(joint_names=["a", "b"])
+    sent.header.frame_id = "base"
+    for k in range(count):
+        rows = [rng.normal(size=size).tolist() for size in rng.integers(0, 4, 4)]
+        point = JointTrajectoryPoint(
+            positions=rows[0], velocities=rows[1], accelerations=rows[2], effort=rows[3]
+        )
+        point.time_from_start.sec, point.time_from_start.nanosec = k - 20, 10**9 - 1 - k
+        sent.points.append(point)
+    send_as_columns()
+    request = ConvertTrajectory.Request(joints=sent, position_only=True)
+    assert pickle.loads(ForkingPickler.dumps(request)) == request  # noqa: S301 - our own
+    assert message_of(columns_of(sent)) == sent
+    assert gc.isenabled()
