@@ -1,1 +1,1 @@
-"""The command `hybrid-dynamics`: one verb a job, over the library."""
+"""The command `hybrid-dynamics`, with one verb for each task."""

@@ -1,20 +1,21 @@
-"""Entry of the command, also started by `python -m hybrid_dynamics_cli`."""
+"""Entry point of the command, also by `python -m hybrid_dynamics_cli`."""
 
 from __future__ import annotations
 
 import os
 import sys
 
-ABORTED = "Aborted!"  # as click says it
+ABORTED = "Aborted!"  # the message of click
 
 
 def main() -> None:
     """Run the command.
 
-    A missing click, and an interrupt while modules are loaded, end with a message, no traceback.
+    If click is missing, or an interrupt comes while modules are loaded, it ends with a message,
+    without a traceback.
     """
     # Matrices are small here. On a busy machine the threads of OpenBLAS wait for each other, up to
-    # forty times longer than the work takes.
+    # forty times longer than they compute.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         import click  # noqa: F401, PLC0415  an extra

@@ -1,6 +1,7 @@
 """The group of verbs.
 
-A verb is a module of `verbs` with a click command named `command`. It is loaded when used.
+A verb is a module of `verbs` with a click command named `command`. The module is loaded when the
+verb is used.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from .exit_codes import click_error, exit_table
 from .groups import Group
 from .output import AS_JSON, fail
 
-VERBS = {  # name -> module, in the order in which they are shown
+VERBS = {  # name -> module, in the order of the help
     "check": "check",
     "info": "info",
     "fk": "fk",
@@ -37,7 +38,7 @@ VERBS = {  # name -> module, in the order in which they are shown
 
 
 class Verbs(Group):
-    """Loads the module of a verb when it is used, so that `--help` and completion stay quick."""
+    """Group that loads the module of a verb when it is used, so that `--help` is quick."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Names of all verbs."""
@@ -48,7 +49,7 @@ class Verbs(Group):
         ctx: click.Context,  # noqa: ARG002
         cmd_name: str,
     ) -> click.Command | None:
-        """The verb of a name."""
+        """The verb with a name; None if there is none."""
         if cmd_name not in VERBS:
             return None
         module = import_module(f".verbs.{VERBS[cmd_name]}", __package__)
@@ -56,12 +57,12 @@ class Verbs(Group):
         return command
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Remember whether JSON is asked for, even if the command line is wrong otherwise."""
+        """Store whether JSON is requested, even if the command line is otherwise wrong."""
         ctx.meta[AS_JSON] = "--json" in args
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a verb; its errors are printed as JSON too where JSON is asked for."""
+        """Run a verb; its errors are printed as JSON too if JSON is requested."""
         try:
             return self._invoke(ctx)
         except click.ClickException as error:
@@ -70,13 +71,13 @@ class Verbs(Group):
             raise
 
     def _invoke(self, ctx: click.Context) -> Any:
-        """Run a verb; errors of the library become those of the command."""
+        """Run a verb, with errors of the library converted to those of click."""
         try:
             return super().invoke(ctx)
         except HybridDynamicsError as error:
             raise click_error(error) from error
         except BrokenPipeError:
-            raise  # the reader of the output has gone: click ends in silence
+            raise  # the output pipe is closed: click ends silently
         except (OSError, EOFError) as error:
             raise click.ClickException(f"{type(error).__name__}: {error}") from error
         except FloatingPointError as error:
@@ -124,5 +125,5 @@ def app() -> None:
 
 
 def run() -> None:
-    """The command, with the name that help and completion show."""
+    """Run the command, under its name in help and completion."""
     sys.exit(app(prog_name="hybrid-dynamics"))

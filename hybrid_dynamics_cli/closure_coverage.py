@@ -1,4 +1,4 @@
-"""Over how much of the range that a file allows its loops close: sampled, and counted."""
+"""The share of the joint ranges in which the loops close, by random sampling."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 from hybrid_dynamics_core import ClosureStatus, Robot
 from hybrid_dynamics_core.ground.wording import counted
 
-RARE_SHARE = 0.05  # of the places
-PLACES = 500  # one in a hundred that does not close is met in 993 of 1000 cases
+RARE_SHARE = 0.05  # of the samples
+PLACES = 500  # a share of 1 % that does not close is found with probability 0.993
 
 
 @dataclass(frozen=True)
 class ClosureCoverage:
-    """At how many places within the limits the loops close.
+    """Counts of random configurations within the limits whose loops close.
 
     Attributes:
-        places: how many were sampled; none for a robot without loops.
-        closed: at how many of them all loops close.
-        singular: at how many more they close, but are singular.
+        places: number of samples; 0 for a robot without loops.
+        closed: number of samples at which all loops close.
+        singular: number of other samples, at which the loops close but are singular.
     """
 
     places: int
@@ -30,16 +30,16 @@ class ClosureCoverage:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the loops close at every place."""
+        """Whether the loops close at every sample."""
         return self.closed == self.places
 
     @property
     def is_rare(self) -> bool:
-        """Whether they close so seldom that limits or lengths are hardly meant so."""
+        """Whether the loops close so rarely that limits or lengths are probably wrong."""
         return self.closed < RARE_SHARE * self.places
 
     def describe(self) -> str:
-        """The sentence for people."""
+        """The coverage as a sentence."""
         places = f"{counted(self.places, 'place')} tried within the limits of the active joints"
         if self.is_complete:
             return f"loops close at all {places}"
@@ -50,9 +50,10 @@ class ClosureCoverage:
 
 
 def closure_coverage(machine: Robot) -> ClosureCoverage:
-    """Close the loops at random places within the file's limits, the same ones at every call.
+    """Close the loops at random configurations within the limits of the file, always the same ones.
 
-    An angle without limits is sampled all around. A slide without limits stays at its reference.
+    An angle without limits is sampled over a whole turn. A slide without limits stays at its
+    reference.
     """
     if not machine.loops:
         return ClosureCoverage(0, 0, 0)
@@ -66,7 +67,7 @@ def closure_coverage(machine: Robot) -> ClosureCoverage:
 
 
 def _range(machine: Robot, k: int) -> tuple[float, float]:
-    """The limits [rad or m] that the file gives to an active joint."""
+    """The limits [rad or m] of an active joint in the file."""
     name = machine.active[k]
     reference = float(machine.reference[k])
     reach = 0.0

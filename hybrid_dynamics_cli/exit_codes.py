@@ -1,4 +1,4 @@
-"""How the command ends: the one table of exit codes."""
+"""The exit codes of the command."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .file_routing import taken_by
 
 DONE: Final = 0
 FAILED: Final = 1
-MISUSED: Final = 2  # click's own, for options
+MISUSED: Final = 2  # exit code of click for wrong options
 LOST: Final = 3
 
 MEANINGS: Final = {
@@ -30,15 +30,15 @@ MEANINGS: Final = {
 
 
 class Misused(click.ClickException):
-    """The call is wrong: the message says how to call, without click's lines about usage."""
+    """A wrong call, with a message in place of click's usage lines."""
 
     exit_code = MISUSED
 
 
 def click_error(error: Exception) -> click.ClickException:
-    """An error of the library as the command ends with it.
+    """The click exception for an error of the library.
 
-    The message also names the verb that would take the file. The exit code is MISUSED for an
+    The message also names the verb that accepts the file. The exit code is MISUSED for an
     InputError, and FAILED for all others.
     """
     text = f"{error}{taken_by(error)}"
@@ -48,5 +48,5 @@ def click_error(error: Exception) -> click.ClickException:
 
 
 def exit_table() -> str:
-    """The table as it stands under `--help`."""
+    """The table of exit codes for `--help`."""
     return "\n".join(f"  {code}  {meaning}" for code, meaning in MEANINGS.items())

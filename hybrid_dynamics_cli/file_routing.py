@@ -1,4 +1,4 @@
-"""Which verb takes a file that another verb does not."""
+"""Hints at the verb that accepts a given file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CALLS: Final = {
 
 
 def taken_by(error: Any) -> str:
-    """The hint `; try: ...` for an error about a file of another kind; else nothing."""
+    """The hint `; try: ...` for an error about a file of another kind; otherwise an empty text."""
     kind = getattr(error, "kind", None)
     file = getattr(error, "file", None)
     if kind is FileKind.TABLES:

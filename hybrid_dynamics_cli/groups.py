@@ -1,4 +1,4 @@
-"""Groups of verbs: a verb is loaded when it is used, and a wrong name gets a hint."""
+"""Groups of verbs that are loaded when used, with hints for wrong names."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ import click
 
 
 class Group(click.Group):
-    """Looks for a verb among the names of `list_commands`, so that none is loaded for it."""
+    """Group that looks up a verb by `list_commands`, without loading the others."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The verb of the first argument.
+        """The verb named by the first argument.
 
-        Raises:
-            click.UsageError: there is no such verb.
+        Raises: click.UsageError: no verb has this name.
         """
         name = args[0]
         verbs = self.list_commands(ctx)

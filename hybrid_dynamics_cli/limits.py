@@ -1,4 +1,4 @@
-"""Limits: where loops narrow those of the file, and values that are beyond them."""
+"""Joint limits: those that loops narrow, and values beyond them."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from .output import number
 
-SLACK = 1e-6  # [rad or m] that tables do not show
+SLACK = 1e-6  # [rad or m] below the resolution of tables
 
 
 def narrowed(machine: Robot) -> list[str]:
-    """A sentence for each active joint that loops or joints behind it allow less than the file."""
+    """A sentence for each active joint whose range is narrowed by loops or by dependent joints."""
     sentences = []
     for k, name in enumerate(machine.active):
         lower, upper = machine.limits[k].tolist()
         least, most = machine.description.joints[name].limits
-        cuts = [lower - least, most - upper]  # infinite where the file gives no limit
+        cuts = [lower - least, most - upper]  # infinite without a limit in the file
         if not any(SLACK < cut < math.inf for cut in cuts):
             continue
         unit = coordinate_unit(machine.joint_types[name])
@@ -38,7 +38,7 @@ def narrowed(machine: Robot) -> list[str]:
 
 
 def _is_cut_by_joints(machine: Robot, k: int) -> bool:
-    """Whether an end of an active coordinate is neither the file's nor the loop's."""
+    """Whether a limit of an active coordinate comes neither from the file nor from a loop."""
     described = machine.description.joints[machine.active[k]].limits
     closing = machine.closing_range[k].tolist()
     for end, *sources in zip(machine.limits[k].tolist(), described, closing, strict=True):
@@ -48,22 +48,22 @@ def _is_cut_by_joints(machine: Robot, k: int) -> bool:
 
 
 def role(machine: Robot, name: str) -> str:
-    """What a coordinate is: active, idle, or nothing of both."""
+    """The role of a coordinate: active, idle, or neither."""
     if name in machine.idle:
         return "idle"
     return "active" if name in machine.active else ""
 
 
 def beyond(machine: Robot, names: Sequence[str], values: Array) -> list[dict[str, Any]]:
-    """Coordinates beyond a limit; each is also noted on stderr.
+    """The coordinates beyond a limit, each also printed to stderr.
 
     Args:
         machine: the robot.
         names: names of coordinates.
-        values: (n,) their values [rad or m].
+        values: (n,) values of the coordinates [rad or m].
 
     Returns:
-        For each that is beyond: `name`, `value` and `limit` [rad or m].
+        For each coordinate beyond its limit: `name`, `value` and `limit` [rad or m].
     """
     active_limits = dict(zip(machine.active, machine.limits.tolist(), strict=True))
     violations = []
@@ -82,7 +82,7 @@ def beyond(machine: Robot, names: Sequence[str], values: Array) -> list[dict[str
 
 
 def _degrees_hint(value: float, unit: str) -> str:
-    """How an angle of more than a turn is written, where degrees seem to be meant."""
+    """The correct form for an angle of more than a turn that is probably in degrees."""
     if unit != "rad" or not math.tau < abs(value) < ENDLESS:
         return ""
     return f"; {value:g} degrees are written {value:g}*deg"

@@ -1,4 +1,4 @@
-"""Results as tables for people, or as JSON for programs."""
+"""Results as tables, or as JSON."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from hybrid_dynamics_core.ground.arrays import Array
 
 from .exit_codes import MISUSED
 
-AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for
-ANSWERED = f"{__package__}.answered"  # the same for: stdout holds its one document already
-WIDTH = 80  # letters of a line, unless a terminal is wider
-GAP = 2  # letters between columns
-ROUNDING = 1e-12  # below it a value of order one is noise
-SAME_POSITION = 1e-9  # [m] positions that differ less are one: loops close to about that
+AS_JSON = f"{__package__}.as_json"  # in `meta` of click's contexts: whether JSON is requested
+ANSWERED = f"{__package__}.answered"  # in `meta` too: whether the JSON document has been printed
+WIDTH = 80  # characters of a line, unless a terminal is wider
+GAP = 2  # characters between columns
+ROUNDING = 1e-12  # rounding error of a value of order one
+SAME_POSITION = 1e-9  # [m] difference of equal positions, by the tolerance of closure
 
 
 def show(data: Mapping[str, Any], as_json: bool, text: str) -> None:
-    """Print one of the two forms of a result.
+    """Print a result as JSON or as text.
 
     Args:
-        data: the result for programs, printed as JSON.
-        as_json: whether JSON is asked for.
-        text: the result for people.
+        data: the result as plain data, for JSON.
+        as_json: whether to print JSON.
+        text: the result as text.
     """
     if not as_json:
         click.echo(text.rstrip())
@@ -46,20 +46,20 @@ def show(data: Mapping[str, Any], as_json: bool, text: str) -> None:
 
 
 def show_written(path: str | Path, what: str, as_json: bool) -> None:
-    """Name a file that was written after the result was shown; programs have its name already."""
+    """Print the name of a written file, except with JSON, which contains it already."""
     if not as_json:
         click.echo(written(path, what))
 
 
 def written(path: str | Path, what: str = "") -> str:
-    """The line that names a file or folder that was written, and what is in it."""
+    """The line with the name and the contents of a written file or folder."""
     if not what:
         return f"written: {path}"
     return f"written: {path} ({what})"
 
 
 def fail(context: click.Context, error: click.ClickException) -> None:
-    """Print an error as JSON, unless an answer is printed already."""
+    """Print an error as JSON, unless a result has already been printed."""
     if context.meta.get(ANSWERED):
         return
     report = {"kind": _kind(error), "text": error.format_message()}
@@ -67,7 +67,7 @@ def fail(context: click.Context, error: click.ClickException) -> None:
 
 
 def _kind(error: click.ClickException) -> str:
-    """The class of what caused an error; UsageError for all calls that click finds wrong."""
+    """The class name of the cause of an error; UsageError for all errors of usage in click."""
     if isinstance(error, click.UsageError):
         return "UsageError"
     if error.exit_code == MISUSED and error.__cause__ is None:
@@ -76,7 +76,7 @@ def _kind(error: click.ClickException) -> str:
 
 
 def plain(value: Any) -> Any:
-    """The value as JSON takes it: arrays as lists, numbers that are not finite as null."""
+    """A value converted for JSON: arrays to lists, numbers that are not finite to null."""
     if isinstance(value, Enum):
         return value.name
     if isinstance(value, Mapping):
@@ -91,19 +91,19 @@ def plain(value: Any) -> Any:
 
 
 def by_name(names: Sequence[str], values: Iterable[Any]) -> dict[str, Any]:
-    """Values under their names, as many as there are names."""
+    """A mapping from names to values; values without a name are dropped."""
     return dict(zip(names, values, strict=True))
 
 
 def number(value: float) -> str:
-    """A number with at most six digits; `-` where it is not finite."""
+    """A number with at most six digits; `-` if it is not finite."""
     if not math.isfinite(value):
         return "-"
     return f"{value + 0.0:.6g}"
 
 
 def zero_if_small(value: float, limit: float = ROUNDING) -> float:
-    """The value, or zero where it is not larger than a limit."""
+    """A value, or zero if its magnitude is at most a limit."""
     if abs(value) > limit:
         return value
     return 0.0
@@ -111,14 +111,14 @@ def zero_if_small(value: float, limit: float = ROUNDING) -> float:
 
 @dataclass(frozen=True)
 class _Column:
-    """The texts of a column, head and rule first; numbers stand to the right."""
+    """The texts of a column, beginning with head and rule; numbers are aligned right."""
 
     texts: tuple[str, ...]
     width: int
     is_numeric: bool
 
     def line(self, k: int) -> str:
-        """A text, padded to the width of the column."""
+        """The k-th text, padded to the width of the column."""
         if self.is_numeric:
             return self.texts[k].rjust(self.width)
         return self.texts[k].ljust(self.width)
@@ -134,14 +134,14 @@ def line_width() -> int:
 def table(
     head: Sequence[str], rows: Sequence[Sequence[object]], break_before: int | None = None
 ) -> str:
-    """Columns under a head; numbers that are only rounding are shown as zero.
+    """A text table; numbers that are only rounding errors are shown as zero.
 
-    A table that is wider than a terminal goes on below, each time beside its first column.
+    A table wider than a terminal is split into blocks, each beginning with the first column.
 
     Args:
-        head: names of the columns.
-        rows: their entries, as many as there are names.
-        break_before: index of the column that then begins below in any case.
+        head: (k) names of the columns.
+        rows: rows of k entries.
+        break_before: index of a column that begins a new block if the table is split.
     """
     columns = [_column(name, [row[k] for row in rows]) for k, name in enumerate(head)]
     blocks = [_block(group) for group in _groups(columns, break_before)]
@@ -162,7 +162,7 @@ def _cell(entry: object) -> str:
 
 
 def _block(columns: Sequence[_Column]) -> str:
-    """The lines of columns that stand side by side."""
+    """The lines of columns side by side."""
     lines = []
     for k in range(len(columns[0].texts)):
         cells = [column.line(k) for column in columns]
@@ -171,7 +171,7 @@ def _block(columns: Sequence[_Column]) -> str:
 
 
 def _groups(columns: Sequence[_Column], break_before: int | None) -> list[list[_Column]]:
-    """Columns in groups that are no wider than a terminal, each with the first column."""
+    """Groups of columns, each no wider than a terminal and with the first column."""
     most = line_width()
     if _width(columns) <= most:
         return [list(columns)]
@@ -187,7 +187,7 @@ def _groups(columns: Sequence[_Column], break_before: int | None) -> list[list[_
 
 
 def _join_lone_text(previous: list[_Column], group: list[_Column]) -> None:
-    """Give a lone column of text, a unit or a name, the column that stands before it."""
+    """Move the column before a lone column of text, such as a unit, into its group."""
     is_lone = len(group) == 2 and not group[1].is_numeric
     if not is_lone or len(previous) <= 2:
         return
@@ -196,18 +196,18 @@ def _join_lone_text(previous: list[_Column], group: list[_Column]) -> None:
 
 
 def _width(columns: Sequence[_Column]) -> int:
-    """Letters of columns side by side."""
+    """Width of columns side by side, in characters."""
     return sum(column.width for column in columns) + GAP * (len(columns) - 1)
 
 
 def constant_axes(positions: Sequence[Array]) -> dict[str, float]:
-    """Coordinates [m] that are alike in all positions, as that across a planar mechanism.
+    """Coordinates [m] that are equal in all positions, as in a planar mechanism.
 
     Args:
-        positions: (3,) each, [m]; of fewer than two nothing is said.
+        positions: positions (3,) [m]. The result is empty for fewer than two.
 
     Returns:
-        The value for each such axis of `x`, `y`, `z`.
+        By axis `x`, `y` or `z`: the constant value.
     """
     if len(positions) < 2:
         return {}
@@ -221,5 +221,5 @@ def constant_axes(positions: Sequence[Array]) -> dict[str, float]:
 
 
 def along_axes(values: Array) -> str:
-    """Numbers in a row; what is only rounding is shown as zero."""
+    """Numbers as one text; rounding errors are shown as zero."""
     return "  ".join(number(zero_if_small(value)) for value in values.tolist())

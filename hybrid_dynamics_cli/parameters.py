@@ -1,4 +1,4 @@
-"""What the verbs take: robots, vectors of numbers, output options."""
+"""Parameters of the verbs: robots, vectors of numbers, output options."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class RobotType(click.ParamType):  # type: ignore[type-arg]
-    """A shipped robot's name, or the path of a description file."""
+    """Type of an argument with the name of a shipped robot, or the path of a robot file."""
 
     name = "robot"
 
@@ -42,7 +42,7 @@ class RobotType(click.ParamType):  # type: ignore[type-arg]
         param: click.Parameter | None,  # noqa: ARG002
         ctx: click.Context | None,
     ) -> str:
-        """The name, with the options of the call that say how its file is read."""
+        """The name, with the options for reading its file."""
         return with_options(value, ctx)
 
     def shell_complete(
@@ -51,13 +51,13 @@ class RobotType(click.ParamType):  # type: ignore[type-arg]
         param: click.Parameter,  # noqa: ARG002
         incomplete: str,
     ) -> list[CompletionItem]:
-        """Names of shipped robots; files where none begins so."""
+        """The names of shipped robots that fit, otherwise files."""
         robots = [CompletionItem(name) for name in shipped_robots() if name.startswith(incomplete)]
         return robots or [CompletionItem(incomplete, type="file")]
 
 
-COORDINATES = "0,0.1,30*deg or by name, q12=0.1,q4=pi/2"  # how vectors of them are written
-EFFORTS = "0,5000,2000,0 or by name, q12=5000"  # the same
+COORDINATES = "0,0.1,30*deg or by name, q12=0.1,q4=pi/2"  # form of a vector
+EFFORTS = "0,5000,2000,0 or by name, q12=5000"  # form of a vector
 robot_argument = with_robot_options(click.argument("robot", type=RobotType(), metavar="ROBOT"))
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs.")
 
@@ -70,7 +70,7 @@ def _complete_frames(ctx: click.Context, _param: click.Parameter, incomplete: st
 
 
 def _complete_values(ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[str]:
-    """Active joints by name, behind those that are there already."""
+    """The names of active joints, after those already on the line."""
     robot = _robot_so_far(ctx)
     if robot is None:
         return []
@@ -81,9 +81,9 @@ def _complete_values(ctx: click.Context, _param: click.Parameter, incomplete: st
 
 
 def _robot_so_far(ctx: click.Context) -> Robot | None:
-    """The robot that a line being typed names.
+    """The robot in an incomplete command line.
 
-    Click leaves it among the arguments while a value is missing.
+    While a value is missing, click leaves it among the arguments.
     """
     try:
         name = ctx.params.get("robot")
@@ -101,7 +101,8 @@ def vector_option(
 ) -> Callable[[Command], Command]:
     """An option for one value per active joint.
 
-    All values are written as `0,0.1,0.15,0`, or some as `q12=0.1,q4=pi/2`, where the others stay.
+    All values are written as `0,0.1,0.15,0`, or some as `q12=0.1,q4=pi/2`, with defaults for the
+    others.
     """
     text = f"{help} As {form}."
     return click.option(*names, metavar="VALUES", shell_complete=_complete_values, help=text)
@@ -119,11 +120,11 @@ def frame_option(text: str) -> Callable[[Command], Command]:
 
 
 def loaded(robot: str, strict: bool = False) -> Robot:
-    """The robot of a name or path.
+    """The robot with a name or path.
 
     Args:
-        robot: name or path.
-        strict: whether inertias that no rigid body has are refused.
+        robot: name of a shipped robot, or path of a file.
+        strict: whether to refuse inertias that no rigid body has.
 
     Raises:
         click.ClickException: the file cannot be read, or leaves assembly modes open.
@@ -138,7 +139,7 @@ def loaded(robot: str, strict: bool = False) -> Robot:
 
 
 def loaded_undecided(robot: str, strict: bool = False) -> tuple[Robot, list[str]]:
-    """The robot even where its file leaves assembly modes open, and a sentence for each of these.
+    """The robot, and a sentence for each assembly mode that its file does not decide.
 
     Raises:
         click.ClickException: the file cannot be read.
@@ -164,21 +165,21 @@ def vector(
     default: Array,
     units: Sequence[str] = (),
 ) -> Array:
-    """Values from the text of an option.
+    """The values from the text of an option.
 
     Args:
-        option: its name, for messages.
-        text: what was given to it, if anything.
-        names: (n) names that the values may have.
-        default: (n,) taken for those that are not named.
-        units: (n,) of the values, where they are written with any.
+        option: name of the option, for messages.
+        text: text of the option; None if it is not given.
+        names: (n) names of the values.
+        default: (n,) values without a name in the text.
+        units: (n) allowed units of the values.
 
     Returns:
-        (n,) the values, in the units of `default`.
+        The values (n,), in the units of `default`.
 
     Raises:
-        InputError: another name, or another number of values.
-        click.BadParameter: what is no term, or a mixture of values with and without names.
+        InputError: an unknown name, or a wrong number of values.
+        click.BadParameter: an invalid term, or a mixture of values with and without names.
     """
     values = np.array(default, dtype=float)
     if text is None or not text.strip():
@@ -202,7 +203,7 @@ def vector(
 
 
 def closed(machine: Robot, u: str | None, du: str | None) -> ClosedState:
-    """The state of the options -u and --du, its loops closed.
+    """The closed state for the options -u and --du.
 
     Raises:
         StateError: the loops do not close, or are singular.
@@ -216,7 +217,7 @@ def closed(machine: Robot, u: str | None, du: str | None) -> ClosedState:
 
 
 def _index(option: str, text: str, part: str, names: Sequence[str], position: int) -> int:
-    """Which of the names a part of an option's text is for; without a name its position tells."""
+    """Index of the value set by a part of an option's text, by name or by position."""
     name = part.rpartition("=")[0].strip()
     if not name:
         return position
@@ -250,7 +251,7 @@ def _value_of(
 
 
 def _mixed(text: str, parts: Sequence[str], k: int) -> str:
-    """What is wrong where some values have names and the k-th has none."""
+    """The error for a text in which some values have names and the k-th has none."""
     bare = parts[k]
     previous = parts[max(k - 1, 0)]
     if bare.isdigit() and re.search(r"=\s*[-+]?\d+$", previous):
@@ -263,7 +264,7 @@ def _mixed(text: str, parts: Sequence[str], k: int) -> str:
 
 
 def _comma_hint(text: str) -> str:
-    """A hint where blanks or semicolons part values in place of commas; nothing for other texts."""
+    """A hint for values separated by blanks or semicolons; empty for other texts."""
     parts = [part for part in re.split(r"[\s,;]+", text.strip()) if part]
     if len(parts) == 1 + text.count(","):
         return ""

@@ -1,4 +1,4 @@
-"""Numbers of options, written as descriptions write them: 0.1, pi/2, 30*deg, 500*ms."""
+"""Numbers in options, written as in descriptions: 0.1, pi/2, 30*deg, 500*ms."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 
 
 def value_of(term: str, units: Sequence[str] = ()) -> float:
-    """The value of a term in which nothing but numbers, pi and units has a name.
+    """The value of a term of numbers, pi and units.
 
     Args:
-        term: that is evaluated.
-        units: in which it may be, where it has any; none where all may be.
+        term: text of the term.
+        units: allowed units; if empty, all units.
 
     Raises:
-        ValueError, ArithmeticError: it has no value, or is in another unit.
+        ValueError, ArithmeticError: the term has no value, or another unit.
     """
     return evaluate(term, {}, names_are="", units=units)
 
 
 class NumberType(click.ParamType):  # type: ignore[type-arg]
-    """A number, or a term as descriptions take them.
+    """Type of an option with a number or a term, as in descriptions.
 
     Args:
-        units: in which it may be, where it has any.
+        units: allowed units.
     """
 
     name = "number"
@@ -50,13 +50,13 @@ class NumberType(click.ParamType):  # type: ignore[type-arg]
 
 
 class QuantityRange(click.FloatRange):
-    """A number within a range, or a term in a unit.
+    """Type of an option with a number within a range, or a term in a unit.
 
     Args:
-        unit: in which it may be, where it has any.
-        least: the smallest that is taken.
-        most: the largest; None where there is none.
-        above: whether `least` itself is refused.
+        unit: allowed unit.
+        least: smallest value.
+        most: largest value; None without one.
+        above: whether the value must exceed `least`.
     """
 
     def __init__(
@@ -75,10 +75,10 @@ class QuantityRange(click.FloatRange):
 
 
 def coordinate_units(machine: Robot, rate: str = "") -> list[str]:
-    """Units of the active coordinates, or with `rate` of their rates: `/s`, `/s^2`."""
+    """Units of the active coordinates, or of their derivatives with `rate` (`/s`, `/s^2`)."""
     return [coordinate_unit(machine.joint_types[name], rate) for name in machine.active]
 
 
 def effort_units(machine: Robot) -> list[str]:
-    """Units of the efforts along the active coordinates."""
+    """Units of the efforts of the active coordinates."""
     return [effort_unit(machine.joint_types[name]) for name in machine.active]

@@ -1,4 +1,4 @@
-"""Options of every verb that takes a robot: what the robot's file is read with."""
+"""Options for reading robot files, shared by every verb with a robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hybrid_dynamics_core.ground.file_options import RobotFile, file_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-_KEY: Final = "hybrid_dynamics_cli.robot_options"  # of the context's own notes
+_KEY: Final = "hybrid_dynamics_cli.robot_options"  # key in `meta` of click's context
 _PARAMETERS: Final = "--set"
 _XACRO_ARGS: Final = "--xacro-arg"
 _SEARCH_PATH: Final = "--search-path"
@@ -20,16 +20,16 @@ _MODEL: Final = "--model"
 
 
 def named_pairs(option: str, texts: tuple[str, ...], sign: str, example: str) -> dict[str, str]:
-    """Values by name, from texts such as `NAME=VALUE`.
+    """The values by name from texts such as `NAME=VALUE`.
 
     Args:
-        option: its name, for messages.
-        texts: what was given to it.
-        sign: between name and value.
-        example: of a text.
+        option: name of the option, for messages.
+        texts: texts of the option.
+        sign: separator of name and value.
+        example: an example, for messages.
 
     Raises:
-        click.BadParameter: a text of another form, or a name that is given twice.
+        click.BadParameter: a text has another form, or a name occurs twice.
     """
     pairs: dict[str, str] = {}
     for text in texts:
@@ -45,13 +45,13 @@ def named_pairs(option: str, texts: tuple[str, ...], sign: str, example: str) ->
 
 
 def _keep(context: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> None:
-    """Keep what was given until the robot's name is read, which comes after."""
+    """Store the texts of an option until the name of the robot is parsed, which comes later."""
     if texts:
         context.meta.setdefault(_KEY, {})[option.opts[0]] = texts
 
 
 def _option(name: str, metavar: str, text: str) -> Callable[[Command], Command]:
-    """An option that may be given any number of times, and is kept for the robot's name."""
+    """An option that may be repeated, stored until the name of the robot is parsed."""
     return click.option(
         name,
         metavar=metavar,
@@ -64,7 +64,7 @@ def _option(name: str, metavar: str, text: str) -> Callable[[Command], Command]:
 
 
 def with_robot_options(argument: Callable[[Command], Command]) -> Callable[[Command], Command]:
-    """An argument or option for a robot, with the options that say how its file is read."""
+    """An argument or option for a robot, with the options for reading its file."""
     options = (
         _option(
             _PARAMETERS,
@@ -89,10 +89,10 @@ def with_robot_options(argument: Callable[[Command], Command]) -> Callable[[Comm
 
 
 def with_options(name: str, context: click.Context | None) -> str:
-    """The robot's name with the options of the call.
+    """The name of the robot, with its options.
 
     Raises:
-        click.BadParameter: an option is of another form.
+        click.BadParameter: an option has another form.
     """
     given = {} if context is None else context.meta.get(_KEY, {})
     if not given:
@@ -110,10 +110,10 @@ def with_options(name: str, context: click.Context | None) -> str:
 
 
 def require_robot(context: click.Context, _: click.Parameter, name: str | None) -> str | None:
-    """Refuse options of a robot's file where no robot is named.
+    """Refuse options for reading a robot file without a robot.
 
     Raises:
-        click.UsageError: there are such options.
+        click.UsageError: options are given without a robot.
     """
     given = context.meta.get(_KEY)
     if name is None and given:

@@ -1,7 +1,7 @@
-"""Files that verbs write: the one rule of what may be replaced.
+"""Files written by the verbs, and the rule for replacing existing files.
 
-A picture, table or page that this command made is replaced, with a line on stderr. Any other file
-is replaced with --overwrite alone. What a call reads is never replaced.
+A picture, table or report made by this command is replaced, with a line on stderr. Any other file
+is replaced only with --overwrite. An input of the call is never replaced.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .exit_codes import Misused
 Command = TypeVar("Command", bound=Callable[..., Any])
 PICTURES: Final = (".svg", ".png", ".pdf")
 MOTIONS: Final = (".csv", ".npz")
-MARKS: Final = {  # what files of this command have in them
+MARKS: Final = {  # by suffix: text that marks files of this command
     ".svg": b"hybrid_dynamics, Matplotlib",
     ".png": b"hybrid_dynamics, Matplotlib",
     ".pdf": b"hybrid_dynamics, Matplotlib",
@@ -30,7 +30,7 @@ MARKS: Final = {  # what files of this command have in them
     ".html": b'<meta name="generator" content="hybrid_dynamics">',
     ".md": b"The forging robot: CPU time, median of",
 }
-# What the first line of a table of this command has in it.
+# Text in the first line of every table of this command.
 HEADS: Final = (b"energy.kinetic,energy.potential", b"name,estimate,low,high,")
 
 overwrite_option = click.option(
@@ -42,7 +42,7 @@ def draw_option(
     *names: str,
     help: str,  # noqa: A002 - as click
 ) -> Callable[[Command], Command]:
-    """--draw, or --plot: a picture."""
+    """The option --draw, or --plot, for a picture."""
     text = f"{help}: .svg, .png or .pdf."
     return click.option("--draw", "--plot", *names, metavar="FILE", help=text)
 
@@ -51,15 +51,15 @@ def output_option(
     *names: str,
     help: str,  # noqa: A002 - as click
 ) -> Callable[[Command], Command]:
-    """-o, or --output: a file or folder with the result."""
+    """The option -o, or --output, for a file or folder with the result."""
     return click.option("-o", "--output", *names, metavar="FILE", help=help)
 
 
 def output_path(path: str | Path) -> Path:
-    """A file whose folder is there.
+    """The path of a file in an existing folder.
 
     Raises:
-        Misused: there is no such folder, or the path is a folder itself.
+        Misused: the folder does not exist, or the path is a folder itself.
     """
     place = Path(path)
     if not place.parent.is_dir():
@@ -72,16 +72,16 @@ def output_path(path: str | Path) -> Path:
 def place_for(
     path: str | Path, endings: Sequence[str], inputs: Iterable[Path], *, overwrite: bool
 ) -> Path:
-    """Where a result goes; a file that it has replaced when the call ends is named on stderr.
+    """The path of a result; if the call replaces a file, a line on stderr names it.
 
     Args:
-        path: what was asked for.
-        endings: those that its name may have.
-        inputs: files, or folders with files, that this call reads.
-        overwrite: whether files of others may be replaced.
+        path: path given by the user.
+        endings: allowed suffixes.
+        inputs: files or folders that this call reads.
+        overwrite: whether to replace files of other origin.
 
     Raises:
-        Misused: the file cannot be written, or is not to be replaced.
+        Misused: the file cannot be written or must not be replaced.
     """
     place = output_path(path)
     if place.suffix.lower() not in endings:
@@ -104,7 +104,7 @@ def place_for(
 
 
 def _report_replaced(place: Path, before: tuple[int, ...]) -> None:
-    """Only of what was written: a call may end before."""
+    """Print that a file was replaced, if it has changed."""
     if _version(place) != before:
         click.echo(f"replaced: {place}", err=True)
 
@@ -115,12 +115,12 @@ def _version(place: Path) -> tuple[int, ...]:
 
 
 def picture_for(machine: Robot, path: str, *, overwrite: bool) -> Path:
-    """Where a picture of a robot goes."""
+    """The path of a picture of a robot."""
     return place_for(path, PICTURES, read_by(machine), overwrite=overwrite)
 
 
 def read_by(machine: Robot) -> list[Path]:
-    """The files that a robot was read from."""
+    """The source files of a robot."""
     return source_files(machine.description)
 
 
@@ -138,7 +138,7 @@ def _reads(source: Path, place: Path) -> bool:
 
 
 def _made_here(place: Path) -> bool:
-    """Whether this command made a file."""
+    """Whether a file was made by this command."""
     content = place.read_bytes()
     ending = place.suffix.lower()
     if ending != ".csv":

@@ -1,1 +1,1 @@
-"""The verbs of `hybrid-dynamics bag`, a module each."""
+"""The verbs of `hybrid-dynamics bag`, one module each."""

@@ -1,4 +1,4 @@
-"""Options and output that the verbs for bags share."""
+"""Options and output shared by the verbs for bags."""
 
 from __future__ import annotations
 
@@ -84,19 +84,19 @@ _to_option = click.option(
 
 
 def span_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """--from and --to."""
+    """The options --from and --to."""
     return _from_option(_to_option(function))
 
 
 def span_of(start: float, end: float) -> tuple[float, float]:
-    """The span of --from and --to [s]. Raises click.BadParameter where it is empty."""
+    """The span of --from and --to [s]. Raises click.BadParameter if it is empty."""
     if not start < end:
         raise click.BadParameter(f"{end:g} s is not after --from {start:g} s", param_hint="--to")
     return start, end
 
 
 def list_names(names: Sequence[str]) -> str:
-    """The first of some names, and how many more there are."""
+    """The first names of a list, and the number of the others."""
     text = ", ".join(names[:MAX_LISTED])
     if len(names) > MAX_LISTED:
         text += f" and {len(names) - MAX_LISTED} more"
@@ -104,13 +104,13 @@ def list_names(names: Sequence[str]) -> str:
 
 
 def tell_unused(path: Path, columns: Sequence[str]) -> None:
-    """Print which columns of a trajectory file are not used, where there are any."""
+    """Print the unused columns of a trajectory file, if any."""
     if columns:
         names = list_names(columns)
         click.echo(f"{path}: {counted(len(columns), 'column')} not used: {names}", err=True)
 
 
 def tell_losses(losses: Sequence[str]) -> None:
-    """Print what could not be read."""
+    """Print the messages that could not be read."""
     for loss in losses:
         click.echo(f"lost: {loss}", err=True)

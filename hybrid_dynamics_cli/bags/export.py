@@ -1,4 +1,4 @@
-"""Tables out of bags."""
+"""Export of tables from bags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What identification from a recording found, in words and tables for people."""
+"""The result of identification from a recording, as text and tables."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _EFFORT_HEAD: Final = (
     "explained",
 )
 _BASE_HEAD: Final = ("estimate", "+- 95 %", "physical", "robot file", "unit")
-_HALF_DIGITS: Final = 3  # of half an interval
-_ROOMY: Final = 40  # letters beside the numbers from which on terms are cut to fit there
+_HALF_DIGITS: Final = 3  # significant digits of half an interval
+_ROOMY: Final = 40  # least room for terms beside the numbers [characters]
 _EXCLUDED_HEAD: Final[tuple[str, ...]] = ("left out", "joint", "off in", "by", "stamp")
 
-Numbers = Mapping[str, tuple[float, ...]]  # a row of a table by name
+Numbers = Mapping[str, tuple[float, ...]]  # by name: the values of a row of a table
 
 
 def report_lines(
@@ -50,14 +50,14 @@ def report_lines(
     *,
     everything: bool,
 ) -> list[str]:
-    """The verdict first, then what it rests on.
+    """The verdict, followed by its evidence.
 
     Args:
-        result: what was found.
-        base: by base parameter: estimate, interval, physical value, value in the file.
-        efforts: by active joint: deviations of held-out efforts, and the share explained.
-        types: of all joints.
-        everything: whether to list what is not determined too, with all terms.
+        result: result of the identification.
+        base: by base parameter: estimate, confidence interval, physical value, value in the file.
+        efforts: by active joint: deviations of held-out efforts, and their explained share.
+        types: types of all joints.
+        everything: whether to list the parameters that are not determined too, with all terms.
     """
     lines = [*_verdict(result, len(base)), "", *_wrap(_DEVIATIONS), _efforts(efforts, types)]
     lines += _excluded(result.excluded, types, everything=everything)
@@ -71,7 +71,7 @@ def report_lines(
 
 
 def unmeasured_lines(active: Sequence[str], measured: Sequence[str]) -> list[str]:
-    """That efforts of some active joints are not recorded, where that is so."""
+    """A note on active joints without recorded efforts, if any."""
     others = [name for name in active if name not in measured]
     if not others:
         return []
@@ -82,12 +82,12 @@ def unmeasured_lines(active: Sequence[str], measured: Sequence[str]) -> list[str
 
 
 def pressure_lines(source: str) -> list[str]:
-    """Which recorded efforts are from pressures, where some are."""
+    """A note on recorded efforts from pressures, if any."""
     return _wrap(f"Recorded efforts of {source}.") if source else []
 
 
 def _verdict(result: IdentificationResult, count: int) -> list[str]:
-    """What could be found of some base parameters, and what could not."""
+    """A summary of the base parameters that are determined, and of those that are not."""
     sentences: list[str] = []
     if result.worse_than_file:
         sentences.append(_worse_than_file(result))
@@ -113,15 +113,15 @@ def _verdict(result: IdentificationResult, count: int) -> list[str]:
 
 
 def _wrap(sentence: str) -> list[str]:
-    """A sentence on as many lines as it takes."""
+    """A sentence, wrapped into lines."""
     return textwrap.wrap(sentence, line_width())
 
 
 def _on_held_out(result: IdentificationResult) -> str:
-    """How the estimates do on the part that is held out."""
+    """A sentence on the errors of the estimates on the held-out part."""
     with np.errstate(all="ignore"):
         least = np.nanmin([*result.explained, np.inf])
-        share = np.floor(1e4 * least) / 100.0  # never more than it is
+        share = np.floor(1e4 * least) / 100.0  # rounded down
     return (
         f"In the part held out the estimates explain at least {share:.2f} % of the variance of each"
         f" effort. What they leave unexplained is {_percent_range(result.residual_ratio)} of what"
@@ -130,14 +130,14 @@ def _on_held_out(result: IdentificationResult) -> str:
 
 
 def _percent_range(ratio: Array) -> str:
-    """`12 to 34 %`."""
+    """A range in percent, as `12 to 34 %`."""
     low = f"{100.0 * float(ratio.min()):.4g}"
     high = f"{100.0 * float(ratio.max()):.4g}"
     return f"{low} %" if low == high else f"{low} to {high} %"
 
 
 def _determined(result: IdentificationResult, count: int) -> list[str]:
-    """How many of some base parameters are determined, and why not more."""
+    """The number of base parameters that are determined, and the reason why others are not."""
     determined = len(result.determined)
     are = singular_or_plural(determined, "is", "are")
     parameters = counted(count, "base parameter")
@@ -158,7 +158,7 @@ def _determined(result: IdentificationResult, count: int) -> list[str]:
 
 
 def _unphysical(count: int) -> str:
-    """Why estimates that are sure of themselves are not determined."""
+    """The reason why estimates with narrow intervals do not count as determined."""
     them = singular_or_plural(count, "it", "them")
     return (
         f"{count} more would be, but no bodies with positive masses can have {them}: where the"
@@ -168,7 +168,7 @@ def _unphysical(count: int) -> str:
 
 
 def _excites_too_little(undetermined: int, nonzero: int) -> str:
-    """What to do where most intervals do not even tell the sign."""
+    """The advice if most intervals include zero."""
     are = singular_or_plural(nonzero, "is", "are")
     signs = singular_or_plural(undetermined, "sign of 1 is", f"signs of {undetermined} are")
     return (
@@ -179,7 +179,7 @@ def _excites_too_little(undetermined: int, nonzero: int) -> str:
 
 
 def _worse_than_file(result: IdentificationResult) -> str:
-    """That the estimates are of no use."""
+    """The sentence for estimates that are worse than the values of the file."""
     ratio = dict(zip(result.joints, result.residual_ratio, strict=True))
     worst = max(result.worse_than_file, key=ratio.__getitem__)
     return (
@@ -192,7 +192,7 @@ def _worse_than_file(result: IdentificationResult) -> str:
 
 
 def _why_excluded(samples: Sequence[ExcludedSample]) -> str:
-    """How many samples of which kind."""
+    """The number of excluded samples of each kind."""
     outliers = sum(sample.what != "effort" for sample in samples)
     efforts = len(samples) - outliers
     parts = []
@@ -204,7 +204,7 @@ def _why_excluded(samples: Sequence[ExcludedSample]) -> str:
 
 
 def _efforts(efforts: Numbers, types: Mapping[str, str]) -> str:
-    """A table of the held-out efforts."""
+    """The table of the held-out efforts."""
     rows = [[name, effort_unit(types[name]), *numbers] for name, numbers in efforts.items()]
     return table(_EFFORT_HEAD, rows)
 
@@ -212,7 +212,7 @@ def _efforts(efforts: Numbers, types: Mapping[str, str]) -> str:
 def _excluded(
     samples: Sequence[ExcludedSample], types: Mapping[str, str], *, everything: bool
 ) -> list[str]:
-    """A table of the samples that were left out: the first, or all."""
+    """The table of the excluded samples: the first ones, or all."""
     if not samples:
         return []
     rows = [_excluded_row(sample, types) for sample in samples]
@@ -227,7 +227,7 @@ def _excluded(
 
 
 def _excluded_row(sample: ExcludedSample, types: Mapping[str, str]) -> list[str]:
-    """Time, joint, what is off, by how much (`-70 N`), and how late (`41 ms late`)."""
+    """A row: time, joint, wrong quantity, deviation (`-70 N`) and delay (`41 ms late`)."""
     joint_type = types[sample.joint]
     units = {
         "effort": effort_unit(joint_type),
@@ -245,9 +245,9 @@ def _excluded_row(sample: ExcludedSample, types: Mapping[str, str]) -> list[str]
 def _base_table(
     title: str, names: Sequence[str], base: Numbers, types: Mapping[str, str], *, everything: bool
 ) -> str:
-    """A table of base parameters: their terms, then their numbers, on the next line if need be.
+    """A table of base parameters: terms and numbers, on two lines if necessary.
 
-    Terms are wrapped where all are wanted, else cut.
+    Terms are wrapped with `everything`, otherwise cut.
     """
     rows = [_base_row(name, base[name], types) for name in names]
     head, rule, *numbers = table(_BASE_HEAD, rows).splitlines()
@@ -271,12 +271,12 @@ def _base_row(name: str, values: Sequence[float], types: Mapping[str, str]) -> l
 
 
 def _terms_of(name: str) -> list[str]:
-    """The terms of a base parameter, each with its sign."""
+    """The signed terms of a base parameter."""
     return re.split(r" (?=[+-] )", name)
 
 
 def _term_lines(name: str, longest: int, *, everything: bool) -> list[str]:
-    """The terms of a base parameter: all of them in lines, or as many as one line has room for."""
+    """The terms of a base parameter: all of them in lines, or those that fit on one line."""
     if everything:
         return _wrapped_terms(name, longest)
     terms = _terms_of(name)
@@ -287,7 +287,7 @@ def _term_lines(name: str, longest: int, *, everything: bool) -> list[str]:
 
 
 def _cut(terms: Sequence[str], count: int) -> str:
-    """The first terms, and how many more there are."""
+    """The first terms, and the number of the others."""
     text = " ".join(terms[:count])
     if count < len(terms):
         text += f" ... ({len(terms) - count} more)"
@@ -295,7 +295,7 @@ def _cut(terms: Sequence[str], count: int) -> str:
 
 
 def _wrapped_terms(name: str, longest: int) -> list[str]:
-    """All terms, on as many lines as it takes."""
+    """All terms, wrapped into lines."""
     first, *others = _terms_of(name)
     lines = [first]
     for term in others:

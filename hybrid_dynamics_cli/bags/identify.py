@@ -1,4 +1,4 @@
-"""Parameters from recorded efforts."""
+"""Identification of parameters from recorded efforts."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 
 
 def base_rows(result: IdentificationResult) -> Numbers:
-    """By base parameter: estimate, interval, physical value, and value in the robot file."""
+    """By base parameter: estimate, interval, physical value and value in the robot file."""
     others = zip(result.physical.tolist(), result.file_values.tolist(), strict=True)
     rows = {}
     for (name, estimate), other in zip(result.identification.table().items(), others, strict=True):
@@ -153,7 +153,7 @@ def base_rows(result: IdentificationResult) -> Numbers:
 
 
 def effort_rows(result: IdentificationResult) -> Numbers:
-    """By joint: deviation of held-out efforts, of both residuals, and share explained."""
+    """By joint: deviations of held-out efforts and of both residuals, and explained share."""
     columns = (
         result.effort_deviation,
         result.file_residual,
@@ -169,7 +169,7 @@ def effort_rows(result: IdentificationResult) -> Numbers:
 def facts(
     result: IdentificationResult, base: Numbers, efforts: Numbers, losses: list[str]
 ) -> dict[str, Any]:
-    """All that was found, for programs."""
+    """The whole result as plain data, for JSON."""
     identification = result.identification
     return {
         "worse_than_file": list(result.worse_than_file),
@@ -186,7 +186,7 @@ def facts(
 
 
 def write_base(place: Path, base: Numbers) -> None:
-    """All base parameters as CSV."""
+    """Write all base parameters as CSV."""
     lines = [",".join(("name", *BASE_COLUMNS))]
     for name, row in base.items():
         lines.append(",".join([f'"{name}"', *map(repr, row)]))
@@ -194,7 +194,7 @@ def write_base(place: Path, base: Numbers) -> None:
 
 
 def _names(text: str) -> tuple[str, ...]:
-    """Names between commas."""
+    """The names of a comma-separated list."""
     names = [name.strip() for name in text.split(",")]
     return tuple(name for name in names if name)
 
@@ -202,7 +202,7 @@ def _names(text: str) -> tuple[str, ...]:
 def _identify(
     recording: EvaluatedRecording, parameters: Parameters, hold_out: float
 ) -> IdentificationResult:
-    """What is found; an error names the options that ask for less."""
+    """Identify; an error names the options that reduce the number of parameters."""
     try:
         return identify_recording(recording, parameters, hold_out)
     except TooLittleShownError as error:

@@ -1,4 +1,4 @@
-"""Bags for trying things out."""
+"""Synthetic bags for tests."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 
 
 def _motion_of(path: Path, robot: Robot) -> Trajectory:
-    """The motion of a file; columns that a bag of joint states does not hold are named."""
+    """The motion of a file; a note names columns that do not fit into a bag of joint states."""
     motion = read_trajectory(path, robot)
     unused = list(motion.unused)
     if motion.acceleration is not None:
@@ -101,7 +101,7 @@ def _motion_of(path: Path, robot: Robot) -> Trajectory:
 
 
 def _deviations(text: str) -> dict[str, float]:
-    """Standard deviations by part. Raises click.BadParameter."""
+    """Standard deviations by quantity. Raises click.BadParameter."""
     deviations = {}
     for entry in text.split(","):
         if entry:
@@ -111,7 +111,7 @@ def _deviations(text: str) -> dict[str, float]:
 
 
 def _deviation(entry: str) -> tuple[str, float]:
-    """The part and the deviation of `PART=DEVIATION`. Raises click.BadParameter."""
+    """The quantity and the deviation of a text `PART=DEVIATION`. Raises click.BadParameter."""
     name, _, value = entry.partition("=")
     name = name.strip()
     try:
@@ -126,7 +126,7 @@ def _deviation(entry: str) -> tuple[str, float]:
 
 
 def _noise_error(problem: str) -> click.BadParameter:
-    """What is wrong with --noise, and the form that is taken."""
+    """The error about --noise, with the correct form."""
     parts = ", ".join(PARTS)
     expected = f"expected PART=DEVIATION with the parts {parts}, as position=1e-6,effort=2"
     return click.BadParameter(

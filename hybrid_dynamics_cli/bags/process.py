@@ -1,4 +1,4 @@
-"""The node's pipeline on recordings."""
+"""Processing of recordings as the node does."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 
 
 def _targets(sources: Sequence[Path], out: Path, *, is_single: bool) -> list[Path]:
-    """Where the new bags go. Raises Misused where two have the same name."""
+    """Paths of the new bags. Raises Misused if two are the same."""
     if is_single:
         return [out]
     targets = [out / source.stem for source in sources]
@@ -125,7 +125,7 @@ def _targets(sources: Sequence[Path], out: Path, *, is_single: bool) -> list[Pat
 
 
 def _exit_code(results: Sequence[Result]) -> int:
-    """How the command ends."""
+    """The exit code of the command."""
     if all(isinstance(result, WrongCall) for result in results):
         return MISUSED
     code = DONE
@@ -138,7 +138,7 @@ def _exit_code(results: Sequence[Result]) -> int:
 
 
 def _require_place(bags: Sequence[Path], out: Path, *, is_single: bool, overwrite: bool) -> None:
-    """Refuse a bag as OUT, before anything is done: OUT may be missing. Raises BagCallError."""
+    """Refuse an existing bag as OUT, in case OUT was forgotten. Raises BagCallError."""
     if not _is_bag(out) or (is_single and overwrite):
         return
     if is_single and smoothing_of(out) is not None:
@@ -155,7 +155,7 @@ def _require_place(bags: Sequence[Path], out: Path, *, is_single: bool, overwrit
 
 
 def _is_bag(path: Path) -> bool:
-    """Whether a path is a folder with one bag."""
+    """Whether a path is the folder of one bag."""
     if not path.is_dir() or not any(path.iterdir()):
         return False
     try:
@@ -165,7 +165,7 @@ def _is_bag(path: Path) -> bool:
 
 
 def _facts(job: Job, result: Result) -> dict[str, Any]:
-    """What came of a job, for programs."""
+    """The result of a job as plain data, for JSON."""
     facts: dict[str, Any] = {"source": str(job.source), "target": str(job.target), "failed": None}
     if isinstance(result, str):
         facts["failed"] = result
@@ -183,13 +183,13 @@ def _facts(job: Job, result: Result) -> dict[str, Any]:
 
 
 def pace(duration: float, spent: float) -> str:
-    """How long it took, and how that compares with the samples where they last a second or more.
+    """The computing time as text, and as a multiple of real time for samples of at least 1 s.
 
     Args:
-        duration: of the samples [s].
-        spent: time that it took [s].
+        duration: duration of the samples [s].
+        spent: computing time [s].
     """
-    if duration < 1.0 or spent <= 0.0:  # the start alone takes as long
+    if duration < 1.0 or spent <= 0.0:  # the start-up takes as long
         return f"{spent:.1f} s"
     ratio = duration / spent
     times = f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
@@ -197,9 +197,9 @@ def pace(duration: float, spent: float) -> str:
 
 
 def _print_result(job: Job, result: Result) -> None:
-    """What came of a job, for people."""
+    """Print the result of a job."""
     if isinstance(result, str):
-        reason = result.removeprefix(f"{job.source}: ")  # with which most errors begin
+        reason = result.removeprefix(f"{job.source}: ")  # most errors begin with the source
         click.echo(f"{job.source}: failed: {reason}", err=True)
         return
     took = pace(result.duration, sum(result.shares.values()))

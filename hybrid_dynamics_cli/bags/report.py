@@ -1,4 +1,4 @@
-"""A page about a recording."""
+"""The HTML report about a recording."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 
 
 def page_of(bag: Path) -> Path:
-    """The page beside a bag, named as the bag was; `.` and `..` have no name of their own."""
+    """Path of the report next to a bag, with the bag's name; `.` and `..` are resolved."""
     if bag.name in ("", ".."):
         bag = bag.resolve()
     return bag.with_suffix(".html")
@@ -117,7 +117,7 @@ def page_of(bag: Path) -> Path:
 def facts(
     recording: EvaluatedRecording, errors: Sequence[EffortError], place: Path
 ) -> dict[str, Any]:
-    """What the page says, for programs."""
+    """The contents of the report as plain data, for JSON."""
     stamps = recording.stamps
     joints, start_ns = recording.measured, recording.start_ns
     return {
@@ -140,7 +140,7 @@ def facts(
 
 
 def error_lines(recording: EvaluatedRecording, errors: Sequence[EffortError]) -> list[str]:
-    """How far recorded and computed efforts are apart, a row a joint."""
+    """The table of deviations between recorded and computed efforts, one row per joint."""
     if errors:
         rows = [_error_row(recording, error) for error in errors]
         return ["", table(ERROR_HEAD, rows)]
@@ -163,7 +163,7 @@ def _error_row(recording: EvaluatedRecording, error: EffortError) -> list[object
 
 
 def outlier_lines(recording: EvaluatedRecording) -> list[str]:
-    """How many samples have positions or velocities that do not fit the motion around them."""
+    """Numbers of samples whose positions or velocities contradict the neighbouring samples."""
     if recording.is_causal:
         return []
     count = len(recording.outliers)

@@ -1,1 +1,1 @@
-"""One module a verb, each with a click command named `command`."""
+"""One module per verb, each with a click command named `command`."""

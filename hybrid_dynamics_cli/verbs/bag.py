@@ -17,7 +17,7 @@ NEEDS = (
 
 
 class BagVerbs(Group):
-    """Loads a verb when it is used; errors about a bag end with their message alone."""
+    """Group that loads a verb when it is used; errors about bags are shown without a traceback."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Names of all verbs."""
@@ -28,7 +28,7 @@ class BagVerbs(Group):
         ctx: click.Context,  # noqa: ARG002
         cmd_name: str,
     ) -> click.Command | None:
-        """The verb of a name."""
+        """The verb with a name; None if there is none."""
         if cmd_name not in VERBS:
             return None
         try:
@@ -39,7 +39,7 @@ class BagVerbs(Group):
         return command
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a verb; a wrong parameter file ends with its message alone."""
+        """Run a verb; errors in a parameter file are shown without a traceback."""
         try:
             import_module("hybrid_dynamics_ros.bags.storage.bag_reader")
         except ModuleNotFoundError as error:
@@ -52,7 +52,7 @@ class BagVerbs(Group):
 
 
 def missing(error: ModuleNotFoundError) -> click.ClickException:
-    """The error that says what to install, where a module for recordings is not there."""
+    """The error for a missing module, with the extra to install."""
     return click.ClickException(f"{NEEDS} (there is no module {error.name})")
 
 

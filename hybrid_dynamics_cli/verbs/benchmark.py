@@ -1,4 +1,4 @@
-"""How fast this machine is, beside every other engine that is installed."""
+"""Comparison of computing times with the other installed engines."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def command(quick: bool, output: str | None, overwrite: bool, as_json: bool) -> 
 
 
 def _report_module() -> Any:
-    """The benchmarks' module `report`, as installed or from the repository around this package."""
+    """The module `report` of the benchmarks, installed or in the repository of this package."""
     for package in ("hybrid_dynamics_benchmarks", "benchmarks"):
         try:
             return import_module(f"{package}.report")

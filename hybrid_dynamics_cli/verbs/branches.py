@@ -22,8 +22,8 @@ from ..parameters import json_option, loaded_undecided, robot_argument, u_option
 from ..quantities import coordinate_units
 from ..writing import draw_option, overwrite_option, picture_for
 
-LINE = 79  # letters of a line of text
-HOLD = "\u00a0"  # a space at which no line ends
+LINE = 79  # characters of a line of text
+HOLD = "\u00a0"  # no-break space
 EPILOG = """\b
 Examples:
   hybrid-dynamics branches staicu2015
@@ -70,7 +70,7 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
         _draw(machine, values, place, decided=not undecided)
         show_written(place, "picture of the assembly modes", as_json)
     if not modes:
-        # It raises, and says which loop does not close, and within which range it would.
+        # Raises StateError with the loop that does not close and the range in which it would.
         machine.close(values)
         raise SystemExit(1)
 
@@ -83,7 +83,7 @@ def _draw(machine: Robot, values: Array, place: Path, *, decided: bool) -> None:
 
 
 def current_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:
-    """Index of the mode that `close` takes; None where it takes none of them."""
+    """Index of the mode of `close`; None if it is none of the given ones."""
     try:
         return mode_of(modes, machine.close(values))
     except StateError:
@@ -98,8 +98,8 @@ def facts(
     Args:
         machine: the robot.
         values: (n,) active coordinates [rad or m].
-        modes: its modes there.
-        current: index of the one that the robot is in, if any.
+        modes: assembly modes at these coordinates.
+        current: index of the current mode, if any.
     """
     entries = []
     for k, mode in enumerate(modes):
@@ -124,7 +124,7 @@ def _facts_of(machine: Robot, mode: AssemblyMode) -> dict[str, Any]:
 
 
 def _heading(machine: Robot, values: Array, count: int) -> list[str]:
-    """How many modes there are, and at which values."""
+    """The number of modes, and the active coordinates."""
     places = []
     for name, value in zip(machine.active, values.tolist(), strict=True):
         unit = coordinate_unit(machine.joint_types[name])
@@ -134,7 +134,7 @@ def _heading(machine: Robot, values: Array, count: int) -> list[str]:
 
 
 def _text(modes: Sequence[Mapping[str, Any]], legend: str) -> list[str]:
-    """The modes as a table: what differs among them, and below it what does not."""
+    """A table of the quantities in which the modes differ, followed by the common ones."""
     loops = []
     axes = []
     same = []

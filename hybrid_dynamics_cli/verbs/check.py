@@ -1,4 +1,4 @@
-"""Whether a description is right, and a picture of it."""
+"""Checks of a robot file, with a picture."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from ..writing import draw_option, overwrite_option, picture_for
 from .info import facts
 from .info import text as info_text
 
-FAR = 0.8  # [rad] a rough guess of where a loop closes is nearer
-SMALL = 1e-3  # distance to a singularity below which a reference is a poor place to start from
-NO_MASS = 1e-10  # share of the largest entry of a mass matrix that is rounding
+FAR = 0.8  # [rad] larger than the error of a rough guess of the configuration
+SMALL = 1e-3  # distance to a singularity below which a reference is a poor starting point
+NO_MASS = 1e-10  # rounding error of a mass matrix, relative to its largest entry
 LARGE_CONDITION = 1e9  # of a mass matrix
 
 EPILOG = """\b
@@ -93,7 +93,7 @@ def command(
 
 
 def _text(machine: Robot, data: dict[str, Any]) -> list[str]:
-    """What the robot is, and what is to be said of it."""
+    """The summary of the robot, and the notes on it."""
     lines = [info_text(machine, data), ""]
     lines += _massless_lines(machine)
     lines += [f"note: {note}" for note in data["notes"]]
@@ -102,7 +102,7 @@ def _text(machine: Robot, data: dict[str, Any]) -> list[str]:
 
 
 def _massless_lines(machine: Robot) -> list[str]:
-    """The links without a mass as a table; where none has a mass, a note says it of all."""
+    """A table of the links without a mass, or one sentence if no link has a mass."""
     links = massless(machine)
     if not links or not _has_masses(machine):
         return []
@@ -112,7 +112,7 @@ def _massless_lines(machine: Robot) -> list[str]:
 
 
 def verdict(machine: Robot, coverage: ClosureCoverage) -> str:
-    """The last line: it says no more than what was computed."""
+    """The last line, limited to the checks that were made."""
     description = machine.description
     count = len(description.warnings)
     see = ""
@@ -141,7 +141,7 @@ def verdict(machine: Robot, coverage: ClosureCoverage) -> str:
 
 
 def massless(machine: Robot) -> dict[str, str]:
-    """Links that move and have neither mass nor inertia, and the joint that moves each."""
+    """By moving link without mass and inertia: the joint that moves it."""
     moved_by = {joint.child: name for name, joint in machine.description.joints.items()}
     links = {}
     for name, link in machine.description.links.items():
@@ -157,7 +157,7 @@ def _has_masses(machine: Robot) -> bool:
 
 
 def remarks(machine: Robot) -> list[str]:
-    """What is no fault, and yet worth knowing."""
+    """Notes on unusual properties that are no errors."""
     state = machine.close(machine.reference)
     description = machine.description
     notes = [note for note in description.notes if note not in description.warnings]
@@ -180,9 +180,9 @@ def remarks(machine: Robot) -> list[str]:
 
 
 def _distant_angles(machine: Robot, state: ClosedState) -> list[str]:
-    """Angles of the file's reference that are far from where the loops close.
+    """Notes on angles of the reference in the file that are far from the closed configuration.
 
-    The mode that the reference names may not be the one that is meant.
+    Such a reference may select a wrong assembly mode.
     """
     closed = by_name(machine.coordinates, state.s.tolist())
     notes = []
@@ -200,7 +200,7 @@ def _distant_angles(machine: Robot, state: ClosedState) -> list[str]:
 
 
 def _mass_remarks(machine: Robot, state: ClosedState) -> list[str]:
-    """Whether the masses allow forward dynamics at a state."""
+    """Notes on the mass matrix at a state, for forward dynamics."""
     try:
         mass_matrix = machine.minimal_form(state)[0]
         ddu = machine.forward_dynamics(state, np.zeros(len(machine.active)))
@@ -220,7 +220,7 @@ def _mass_remarks(machine: Robot, state: ClosedState) -> list[str]:
 
 
 def _without_mass(machine: Robot, mass_matrix: Array, ddu: Array) -> list[str]:
-    """Idle coordinates that forward dynamics has left out."""
+    """The idle coordinates that forward dynamics leaves out, because they have no mass."""
     largest = np.abs(mass_matrix).max(initial=0.0)
     names: list[str] = []
     for k, name in enumerate(machine.active):
@@ -231,9 +231,9 @@ def _without_mass(machine: Robot, mass_matrix: Array, ddu: Array) -> list[str]:
 
 
 def _decided(robot: str, picture: str, names: Names | None, overwrite: bool, strict: bool) -> Robot:
-    """The robot; where its file leaves modes open, draw them, and end.
+    """The robot; if its file does not decide the assembly modes, draw them and exit.
 
-    The picture helps to choose the modes.
+    The picture helps the user to choose.
     """
     machine, undecided = loaded_undecided(robot, strict)
     if undecided:
@@ -244,12 +244,12 @@ def _decided(robot: str, picture: str, names: Names | None, overwrite: bool, str
 
 
 def _drawn(place: Path, modes: bool) -> str:
-    """The line that names the picture, and what it shows."""
+    """The line with the name and the contents of the picture."""
     return written(place, _title(modes))
 
 
 def _title(modes: bool) -> str:
-    """What a picture shows."""
+    """Description of the contents of a picture."""
     if modes:
         return "picture of the assembly modes"
     return "picture of the robot"

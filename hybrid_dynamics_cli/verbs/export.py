@@ -1,4 +1,4 @@
-"""Robots for other tools."""
+"""Export of robots to other formats."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..parameters import loaded, robot_argument
 from ..writing import output_option, output_path
 
 PAIR = "robot.yaml"
-FORMS: dict[str, Callable[[Robot, Path | None], str]] = {  # with the folder of the file
+FORMS: dict[str, Callable[[Robot, Path | None], str]] = {  # (robot, folder of the file) -> text
     "urdf": lambda robot, folder: to_urdf(robot.description, folder),
     "urdf+": lambda robot, folder: to_urdf_plus(robot.description, folder),
     "mjcf": to_mjcf,
@@ -83,10 +83,10 @@ def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
 
 
 def _pair(robot: Robot, output: str | None) -> dict[Path, str]:
-    """The texts of a robot.yaml and of the URDF beside it.
+    """The texts of a robot.yaml and of its URDF.
 
     Raises:
-        click.UsageError: the name of the file is missing, or has another ending.
+        click.UsageError: the name of the file is missing or has another suffix.
     """
     if output is None:
         raise click.UsageError(

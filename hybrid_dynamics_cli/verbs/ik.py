@@ -21,8 +21,8 @@ from ..quantities import NumberType, coordinate_units
 _PLACE_OPTIONS = ("--position", "--quaternion")
 _AXES = ("x", "y", "z", "rx", "ry", "rz")
 
-DIGITS = 6  # of the nearest joints: where a target is out of reach, the search settles no more
-REACHED = 1e-9  # [m or rad] a solution is settled to this
+DIGITS = 6  # significant digits of the nearest solution, by the accuracy of the search
+REACHED = 1e-9  # [m or rad] accuracy of a solution
 EPILOG = """\b
 Examples:
   hybrid-dynamics ik forging_chu2020 --position 0.32 0.38 1.12
@@ -34,13 +34,14 @@ Ends with 1 where there is no solution.
 
 
 class PlaceCommand(click.Command):
-    """Takes the numbers of a place with commas as well: `--position 1.4,0,1.05`."""
+    """Command whose numbers of a pose may be separated by commas: `--position 1.4,0,1.05`."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Make values of their own of those with commas.
+        """Parse the arguments after splitting values at commas.
 
         Raises:
-            click.UsageError: the call is wrong; a decimal comma is named as its likely cause.
+            click.UsageError: the call is wrong; the message names a decimal comma as the probable
+                cause.
         """
         try:
             return super().parse_args(ctx, _split_places(args))
@@ -54,7 +55,7 @@ class PlaceCommand(click.Command):
 
 
 def _split_places(args: list[str]) -> list[str]:
-    """The words of a call; values of a place that stand in one word are split at commas."""
+    """The arguments, with the values of a pose split at commas."""
     words: list[str] = []
     for arg in args:
         option, equals, values = arg.partition("=")
@@ -68,7 +69,7 @@ def _split_places(args: list[str]) -> list[str]:
 
 
 def _split_values(values: str) -> list[str]:
-    """Split at commas, but for those between the brackets of a term."""
+    """The parts of a text between commas, except commas within parentheses."""
     return [value.strip() for value in re.split(r",(?![^()]*\))", values)]
 
 
@@ -156,7 +157,7 @@ def command(
 
 
 def _mask(axes: str | None) -> list[bool] | None:
-    """Which of x, y, z, rx, ry, rz count."""
+    """The mask over x, y, z, rx, ry, rz; None for all."""
     if axes is None:
         return None
     names = [axis.strip() for axis in axes.split(",")]
@@ -169,7 +170,7 @@ def _mask(axes: str | None) -> list[bool] | None:
 
 
 def _failure(machine: Robot, result: IKResult) -> str:
-    """Why there is no solution, and the nearest place."""
+    """The reason why there is no solution, and the nearest pose."""
     if result.state is None:
         return result.message
     joints = []
@@ -184,7 +185,7 @@ def _failure(machine: Robot, result: IKResult) -> str:
 
 
 def _solutions(machine: Robot, result: IKResult) -> str:
-    """Solutions as columns."""
+    """The solutions as columns of a table."""
     heads = ["value"]
     if len(result.solutions) > 1:
         heads = [f"solution {k}" for k in range(1, len(result.solutions) + 1)]
@@ -201,7 +202,7 @@ def _solutions(machine: Robot, result: IKResult) -> str:
 
 
 def _errors(result: IKResult) -> str:
-    """How far the end effector is from the target."""
+    """The errors of position and orientation at the target."""
     errors = []
     for error, unit in ((result.position_error, "m"), (result.angle_error, "rad")):
         if np.isfinite(error):

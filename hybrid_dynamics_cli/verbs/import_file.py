@@ -1,4 +1,4 @@
-"""Any robot file as a description file."""
+"""Conversion of any robot file to a description file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot is: its coordinates, loops, links."""
+"""Properties of a robot: its coordinates, loops and links."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Examples:
   hybrid-dynamics info forging_chu2020
   hybrid-dynamics info my_robot.yaml --json
 """
-INERTIAS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # moments, then products
+INERTIAS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # moments and products
 
 
 @click.command(epilog=EPILOG)
@@ -37,12 +37,12 @@ def command(robot: str, as_json: bool) -> None:
 
 
 def facts(machine: Robot) -> dict[str, Any]:
-    """What a robot is, as plain data.
+    """The properties of a robot as plain data.
 
     Returns:
-        For each link `mass` [kg], and in the link's frame `com` (3,) [m] and `inertia` (3, 3)
-        [kg m^2] about it; for each loop its `distance_to_singularity` at the reference, 0 to 1;
-        `gravity` (3,) [m/s^2] in the base frame; the rest by name.
+        For each link `mass` [kg], and in the frame of the link `com` (3,) [m] and `inertia` (3, 3)
+        [kg m^2] about it. For each loop its `distance_to_singularity` at the reference, 0 to 1.
+        `gravity` (3,) [m/s^2] in the base frame. Other properties by name.
     """
     description = machine.description
     state = machine.close(machine.reference)
@@ -108,11 +108,11 @@ def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]
 
 
 def text(machine: Robot, data: dict[str, Any]) -> str:
-    """The facts as tables.
+    """The properties as tables.
 
     Args:
         machine: the robot.
-        data: what `facts` returns.
+        data: result of `facts`.
     """
     active = _freedoms(machine)
     mass = sum(link["mass"] for link in data["links"].values())
@@ -146,7 +146,7 @@ def text(machine: Robot, data: dict[str, Any]) -> str:
 
 
 def _freedoms(machine: Robot) -> str:
-    """How many of the coordinates are independent, driven or idle."""
+    """The numbers of independent, driven and idle coordinates."""
     parts = [f"{len(machine.description.motors)} active"]
     if machine.idle:
         parts.append(f"{len(machine.idle)} idle")
@@ -163,7 +163,7 @@ def _coordinate_row(entry: dict[str, Any]) -> list[object]:
 
 
 def _bound_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
-    """Largest effort and rate of the coordinates that have any."""
+    """Rows with the effort and rate limits of the coordinates that have any."""
     rows: list[list[object]] = []
     for entry in coordinates:
         bounds = [entry["effort_limit"], entry["velocity_limit"]]
@@ -176,13 +176,13 @@ def _bound_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
 
 
 def _power_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
-    """Largest power of the drives that have any."""
+    """Rows with the power limits of the drives that have any."""
     limited = [entry for entry in coordinates if entry["power_limit"] is not None]
     return [[entry["name"], number(entry["power_limit"]), "W"] for entry in limited]
 
 
 def _limit(value: float | None) -> str:
-    """A limit as text, a dash where there is none."""
+    """A limit as text; a dash without one."""
     if value is None:
         return "-"
     return number(value)
@@ -203,7 +203,7 @@ def _link_count(data: dict[str, Any]) -> str:
 
 
 def part_lines(data: dict[str, Any]) -> list[str]:
-    """A line for each body that other links are fixed to, with the names of these links."""
+    """A line for each body with fixed links, with their names."""
     bodies: dict[str, list[str]] = {}
     for name, part in data["parts"].items():
         entry = name
@@ -218,7 +218,7 @@ def part_lines(data: dict[str, Any]) -> list[str]:
 
 
 def tree(machine: Robot) -> str:
-    """A table of the joints: the link that carries each, and the link that it moves."""
+    """A table of the joints with their parent and child links."""
     joints = [machine.description.joints[name] for name in machine.coordinates]
     rows = [[joint.name, joint.parent, joint.child] for joint in joints]
     return table(["joint", "parent", "child"], rows)
@@ -237,10 +237,10 @@ def masses(machine: Robot) -> str:
 
 
 def inertias(machine: Robot) -> list[str]:
-    """A table of moments and products of inertia of the bodies that have any; else nothing.
+    """A table of moments and products of inertia; empty if all bodies are point masses.
 
-    They are about the centre of mass, along the axes of the link. A product has a column where it
-    is not zero for all bodies.
+    They are about the centre of mass, along the axes of the link. Products that are zero for all
+    bodies have no column.
     """
     links = {}
     for name, link in machine.description.links.items():

@@ -113,7 +113,7 @@ def _draw(machine: Robot, result: Simulation, path: str) -> None:
 
 
 def _efforts(machine: Robot, text: str | None) -> Any:
-    """What `simulate` takes: constant efforts (n,), or those that hold the weight."""
+    """Efforts for `simulate`: constant values (n,) [N or N m], or the gravity compensation."""
     zero = np.zeros(len(machine.active))
     if text is None:
         return zero
@@ -145,7 +145,7 @@ def facts(result: Simulation) -> dict[str, Any]:
 
 
 def text(machine: Robot, result: Simulation) -> str:
-    """The end of the motion, and its events."""
+    """The last state of the motion, and its events."""
     rows: list[list[object]] = []
     for k, name in enumerate(result.names):
         kind = machine.joint_types[name]
@@ -161,7 +161,7 @@ def text(machine: Robot, result: Simulation) -> str:
 
 
 def _event_lines(result: Simulation) -> list[str]:
-    """The events, and how the motion ended; the event that ended it is named once."""
+    """The events, and the reason for the end of the motion."""
     events = list(result.events)
     end = f"{number(float(result.t[-1]))} s: {result.message}"
     if not result.completed:

@@ -96,7 +96,7 @@ def command(
         raise click.UsageError("--trajectory and --bag cannot be shown together: give one of them")
     if topic is not None and bag is None:
         raise click.UsageError("--topic is the topic of a bag: give --bag too")
-    # SIGINT too: a shell's background jobs ignore it.
+    # SIGINT too, which background jobs of a shell ignore.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     losses: list[str] = []
@@ -117,7 +117,7 @@ def command(
 def what_to_show(
     robot: str, trajectory: Path | None, bag: Path | None, topic: str | None
 ) -> tuple[Robot, Motion | None, list[str]]:
-    """The robot, its motion if there is one, and what of a recording could not be read."""
+    """The robot, its motion if any, and notes on unreadable parts of a recording."""
     machine = loaded(robot)
     if bag is not None:
         return _of_bag(robot, bag, topic)
@@ -142,14 +142,14 @@ def _of_file(machine: Robot, path: Path) -> Motion:
         curve = JointTrajectory(
             samples.time, samples.position, samples.velocity, samples.acceleration, at_rest=False
         )
-    except InputError as error:  # the file is wrong, not the call
+    except InputError as error:  # an error of the file, not of the call
         raise click.ClickException(f"{path}: {error}") from error
     tell_unused(path, samples.unused)
     return motion_of(machine, curve, path.name, samples.effort)
 
 
 def _of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, list[str]]:
-    """The robot, the motion of a recording, and what of it could not be read."""
+    """The robot, the motion of a recording, and notes on its unreadable parts."""
     from hybrid_dynamics_core.view.motion import Motion  # noqa: PLC0415
 
     try:
@@ -175,9 +175,9 @@ def _of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, l
 
 
 def acceleration_note(recording: EvaluatedRecording) -> str:
-    """Where the accelerations of a recording are from, and how late they are.
+    """The source of the accelerations of a recording, and their delay.
 
-    The model's efforts are as late.
+    The computed efforts have the same delay.
     """
     lag = f"{1e3 * recording.causal_lag:.3g} ms"
     if recording.is_causal and not recording.causal_lag:

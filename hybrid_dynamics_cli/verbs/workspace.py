@@ -1,4 +1,4 @@
-"""Where the end effector can be."""
+"""Reachable positions of the end effector."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from ..parameters import (
 from ..quantities import coordinate_units
 from ..writing import draw_option, overwrite_option, picture_for
 
-NEAR = 0.1  # distance to a singularity below which a sample counts as near one
+NEAR = 0.1  # distance to a singularity below which a sample counts as near to it
 FATES = {
     SampleStatus.OK: "reachable",
     SampleStatus.OPEN: "loops do not close",
@@ -149,7 +149,7 @@ def command(
 
 
 def _check_of_map(picture: str | None, axes: str | None, u: str | None) -> None:
-    """Refuse options of a map that is not drawn."""
+    """Refuse options of a map if none is drawn."""
     if picture is None and (axes is not None or u is not None):
         raise click.UsageError("--over and -u are of the map: give --draw FILE too")
     if u is not None and axes is None:
@@ -157,7 +157,7 @@ def _check_of_map(picture: str | None, axes: str | None, u: str | None) -> None:
 
 
 def _base(machine: Robot, u: str | None, given: Mapping[str, float]) -> Array:
-    """Active coordinates (n,) of a map [rad or m]: those of -u, and of --hold."""
+    """Active coordinates (n,) of a map [rad or m], from -u and --hold."""
     units = coordinate_units(machine)
     base = vector("-u", u, machine.active, machine.reference, units).copy()
     for k, name in enumerate(machine.active):
@@ -171,10 +171,10 @@ def _held(
     joints: tuple[str, str] | None,
     given: Mapping[str, float],
 ) -> dict[str, float]:
-    """Which active joints stay where [rad or m]: those of --hold, in a map all but its two.
+    """Values [rad or m] of the fixed active joints: those of --hold, and in a map all but its two.
 
     Raises:
-        InputError: a joint of the map is held.
+        InputError: --hold names a joint of the map.
     """
     if joints is None:
         return dict(given)
@@ -227,7 +227,7 @@ def facts(machine: Robot, workspace: Workspace) -> dict[str, Any]:
 
 
 def _sample(machine: Robot, samples: Margins, k: int) -> dict[str, Any]:
-    """One sample as plain data, with the loop and the joint that are nearest to their ends."""
+    """One sample as plain data, with its loop and joint nearest to singularity and limit."""
     loop = None
     if samples.loop[k] >= 0:
         loop = machine.loops[int(samples.loop[k])]
@@ -245,7 +245,7 @@ def _sample(machine: Robot, samples: Margins, k: int) -> dict[str, Any]:
 
 
 def text_of(machine: Robot, workspace: Workspace, data: Mapping[str, Any]) -> str:
-    """The facts as tables."""
+    """The workspace as tables."""
     shares = []
     for status, words in FATES.items():
         share = 100.0 * data["shares"][status.name]
@@ -277,7 +277,7 @@ def _range_table(machine: Robot, workspace: Workspace) -> str:
 
 
 def _extremes_lines(machine: Robot, workspace: Workspace, extremes: Mapping[str, Any]) -> list[str]:
-    """Smallest and largest coordinates as a table, and below it those that never change."""
+    """A table of smallest and largest coordinates, followed by the constant ones."""
     positions = [sample["position"] for samples in extremes.values() for sample in samples]
     constant = constant_axes(positions)
     rows: list[list[object]] = []
@@ -295,7 +295,7 @@ def _extremes_lines(machine: Robot, workspace: Workspace, extremes: Mapping[str,
 
 
 def _singularity_lines(machine: Robot, sample: Mapping[str, Any], near_share: float) -> list[str]:
-    """What the numbers of the tables mean, and the sample that is nearest to a singularity."""
+    """An explanation of the tables, and the sample nearest to a singularity."""
     places = []
     for name, value in sample["u"].items():
         unit = coordinate_unit(machine.joint_types[name])
@@ -312,11 +312,11 @@ def _singularity_lines(machine: Robot, sample: Mapping[str, Any], near_share: fl
 
 
 def _two_joints(text: str, machine: Robot) -> tuple[str, str]:
-    """The two active joints of a map, from `A,B`.
+    """The two active joints of a map, from a text `A,B`.
 
     Raises:
-        click.BadParameter: there are not two names.
-        InputError: a name is not that of an active joint, or both are the same.
+        click.BadParameter: the text does not have two names.
+        InputError: a name is not that of an active joint, or both names are the same.
     """
     names = [name.strip() for name in text.split(",")]
     if len(names) != 2:
