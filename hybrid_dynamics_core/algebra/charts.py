@@ -7,18 +7,21 @@ The angles of R = C Rx(a) Ry(b) Rz(c) are singular at b = +-pi/2. The chart +1 h
 
 from __future__ import annotations
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.arrays import Array
-from .scalar import Scalar, Scalars
+from .scalar import Scalar, Scalars, atan2, cos, sin, sqrt
 from .vector import Rotation, Vector
 
 LEAVE: Final = 1.0  # [rad] |b| at which the chart changes; there it is below 0.58 in the other
 FIRST: Final = 1.0
 SECOND: Final = -1.0
+_HALF_ROOT: Final = math.sqrt(0.5)
+_TINY: Final = 1e-300  # keeps roots off zero, where their slopes have no value
 _SINGULAR: Final = 1e-12  # cosine of b below which the axes of a and c coincide
 
 
@@ -67,6 +70,38 @@ class Turns(NamedTuple):
             ab * (self.sin_b * self.sin_c) - ac * (self.cos_b * self.cos_c) - bc * self.sin_c,
             ab * self.cos_b,
         )
+
+
+def rotation_vector(angles: Scalars, chart: Scalar) -> Vector:
+    """The axis of R times its angle (3,) [rad], at most pi; the same in both frames.
+
+    Args:
+        angles: (a, b, c) [rad].
+        chart: +1 or -1.
+    """
+    cosine, sine = 0.5 + 0.5 * chart, 0.5 - 0.5 * chart
+    quaternion = (cosine + _HALF_ROOT * sine, 0.0, 0.0, _HALF_ROOT * sine)
+    for axis, angle in enumerate(angles):
+        half: list[Scalar] = [cos(0.5 * angle), 0.0, 0.0, 0.0]
+        half[1 + axis] = sin(0.5 * angle)
+        quaternion = _product(quaternion, half)
+    w, x, y, z = quaternion
+    sign = w / sqrt(w * w + _TINY)
+    length = sqrt(x * x + y * y + z * z + _TINY)
+    factor = sign * (2.0 * atan2(length, sign * w) / length)
+    return factor * x, factor * y, factor * z
+
+
+def _product(one: Scalars, other: Scalars) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """The product of two quaternions w, x, y, z."""
+    aw, ax, ay, az = one
+    bw, bx, by, bz = other
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
 
 
 def _mixed(first: Scalars, second: Scalars, i: int, k: int) -> Scalar:

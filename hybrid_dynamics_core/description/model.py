@@ -323,6 +323,11 @@ class RobotDescription(Picklable):
         return tuple(joint for joint in self.multi_dof.values() if joint.turns)
 
     @property
+    def angles_in_rows(self) -> frozenset[str]:
+        """The three turning coordinates of each ball and free joint."""
+        return frozenset(name for joint in self.freely_turning for name in joint.turns)
+
+    @property
     def links_in_rows(self) -> frozenset[str]:
         """Massless links inside the chains of joints of several freedoms."""
         links: set[str] = set()

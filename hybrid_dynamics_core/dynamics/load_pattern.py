@@ -12,7 +12,12 @@ from dataclasses import dataclass, replace
 from ..algebra.scalar import Scalar, Scalars, sqrt
 from ..algebra.vector import ZERO3, Rotation, Vector, add, cross, transposed_matvec
 from ..mechanism.configuration import Configuration
-from ..mechanism.joint_velocity import forces_along, joint_accelerations, joint_velocities
+from ..mechanism.joint_velocity import (
+    forces_along,
+    joint_accelerations,
+    joint_stretches,
+    joint_velocities,
+)
 from ..mechanism.tree import Body, Tree
 from .spanning import TreeDynamics, Wrench, total
 
@@ -151,8 +156,9 @@ class LoadedTree:
         for k, (velocity, value) in enumerate(zip(velocities, accelerations, strict=True)):
             effects.append(self._friction(k, velocity) + self._rotor(k, value))
         result: list[Scalar] = []
-        for k, (force, effect) in enumerate(zip(forces, self._along(effects), strict=True)):
-            result.append(force + effect + self._spring(k))
+        terms = zip(forces, self._along(effects), self._spring_forces(), strict=True)
+        for force, effect, spring in terms:
+            result.append(force + effect + spring)
         return result
 
     def passive_forces(self, ds: Scalars) -> list[Scalar]:
@@ -161,7 +167,7 @@ class LoadedTree:
         Friction and springs, less the work of the wrenches.
         """
         forces = self.dissipative_forces(ds)
-        return [force + self._spring(k) for k, force in enumerate(forces)]
+        return list(add(forces, self._spring_forces()))
 
     def dissipative_forces(self, ds: Scalars) -> list[Scalar]:
         """Forces along s (n_s,) of friction and wrenches, which change the energy of the robot."""
@@ -183,8 +189,11 @@ class LoadedTree:
         """Energy stored in the springs, zero at rest position."""
         values = self.values
         energy: Scalar = 0.0
+        if not self.pattern.springs:
+            return energy
+        stretches = joint_stretches(self.tree.tree, self.configuration)
         for k, stiffness in enumerate(values.stiffness):
-            stretch = self.configuration.q[k] - values.rest[k]
+            stretch = stretches[k] - values.rest[k]
             energy = energy + stretch * (0.5 * stiffness * stretch + values.preload[k])
         return energy
 
@@ -209,12 +218,16 @@ class LoadedTree:
             return 0.0
         return self.values.armature[k] * acceleration
 
-    def _spring(self, k: int) -> Scalar:
+    def _spring_forces(self) -> list[Scalar]:
+        """What the springs take along s."""
         if not self.pattern.springs:
-            return 0.0
+            return [0.0] * len(self.tree.tree.coordinates)
         values = self.values
-        stretch = self.configuration.q[k] - values.rest[k]
-        return values.stiffness[k] * stretch + values.preload[k]
+        forces: list[Scalar] = []
+        for k, coordinate in enumerate(joint_stretches(self.tree.tree, self.configuration)):
+            stretch = coordinate - values.rest[k]
+            forces.append(values.stiffness[k] * stretch + values.preload[k])
+        return self._along(forces)
 
     def _applied(self) -> dict[int, Wrench]:
         """The wrenches, summed per body."""

@@ -50,7 +50,8 @@ class JointEffects:
 
     Coulomb's sign(q') is smoothed over rates of about `smoothing`. At ten times that rate 99.5 % of
     `coulomb` act, at rest none. So the model creeps where a real joint sticks. Gyroscopic effects
-    of the rotors are not modelled.
+    of the rotors are not modelled. For the three angles of a ball or free joint q' stands for the
+    angular velocity and q for the rotation vector; give all three the same stiffness.
 
     Attributes:
         viscous: [N m s/rad] of a revolute joint, [N s/m] of a prismatic one.

@@ -172,12 +172,21 @@ def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Da
         if math.isfinite(joint.power_limit):
             entry["power_limit"] = joint.power_limit
         if name in robot.effects:
-            entry |= _effect_entries(robot.effects[name], features)
+            entry |= _effect_entries(robot.effects[name], _features_of(robot, name, features))
         if name in robot.mimics and _mimic_feature(robot.mimics[name]) not in features:
             mimic = robot.mimics[name]
             entry["mimic"] = mimic_entry(dict(mimic.multipliers), mimic.offset)
         entries[name] = entry
     return without_empty(entries)
+
+
+def _features_of(
+    robot: RobotDescription, joint: str, features: Collection[Feature]
+) -> Collection[Feature]:
+    """What a format says of a joint: it has no springs of rotation vectors."""
+    if joint not in robot.angles_in_rows:
+        return features
+    return [feature for feature in features if feature != Feature.SPRING]
 
 
 def _limits_are_extra(joint: Joint, features: Collection[Feature]) -> bool:

@@ -7,7 +7,7 @@ components become forces along the coordinates. All other joints keep their rate
 
 from __future__ import annotations
 
-from ..algebra.charts import Turns
+from ..algebra.charts import FIRST, Turns, rotation_vector
 from ..algebra.scalar import Scalar, Scalars
 from ..algebra.vector import ZERO3, add, dot, scale
 from .configuration import Configuration
@@ -22,6 +22,19 @@ def joint_velocities(tree: Tree, configuration: Configuration, rates: Scalars) -
         for axis, k in zip(_turns(configuration, places).axes(), places, strict=True):
             omega = add(omega, scale(rates[k], axis))
         for k, component in zip(places, omega, strict=True):
+            result[k] = component
+    return result
+
+
+def joint_stretches(tree: Tree, configuration: Configuration) -> list[Scalar]:
+    """Coordinates (n_s,); three angles of a joint give its rotation vector."""
+    result = list(configuration.q)
+    for number, places in enumerate(tree.turns):
+        chart: Scalar = FIRST
+        if configuration.charts:
+            chart = configuration.charts[number]
+        angles = [configuration.q[k] for k in places]
+        for k, component in zip(places, rotation_vector(angles, chart), strict=True):
             result[k] = component
     return result
 

@@ -153,6 +153,7 @@ class RandomModel:
         joint = SubElement(body, "joint", name=name)
         if kind != "hinge" or self.chance():
             joint.set("type", kind)
+        joint.set("stiffness", self.pick(["0", "2.5"]))
         if kind == "free":
             return
         if self.chance():
@@ -168,7 +169,6 @@ class RandomModel:
             "ref": repr(unit * self.rng.uniform(-1, 1)),
             "range": numbers([-2.0 * unit, 1.5 * unit]),
             "springref": repr(unit * self.rng.uniform(-1, 1)),
-            "stiffness": "3.5",
         }
         for attribute, value in attributes.items():
             if self.chance() or (attribute == "armature" and set(self.types) & set(COMPOUND)):

@@ -227,3 +227,12 @@ def test_a_weld_between_what_stands_still_is_left_out(tmp_path: Path) -> None:
     description = read_description(file)
     assert description.closures == ()
     assert any("nothing moves between its ends" in note for note in description.notes)
+
+
+def test_a_body_that_nobody_drives_is_a_robot(tmp_path: Path) -> None:
+    file = tmp_path / "model.xml"
+    body = '<body><freejoint name="f"/><geom size=".1"/></body>'
+    text = f"<mujoco><worldbody>{body}</worldbody></mujoco>"
+    file.write_text(text, encoding="utf-8")
+    robot = Robot(read_description(file))
+    assert (robot.description.motors, len(robot.description.idle)) == ((), 6)

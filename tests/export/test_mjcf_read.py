@@ -67,12 +67,6 @@ WRONG = {
         "joints.q: invalid keyword: 'screw'",
         8,
     ),
-    "ball with a spring": (
-        'name="q" type="hinge" axis="0 0 2" range="-1 2"',
-        'name="q" type="ball" range="0 2" stiffness="3"',
-        "joints.q: stiffness of a ball joint is 3; expected 0",
-        8,
-    ),
     "free in the tree": (
         '<body name="tip" pos="1 0 0"/>',
         '<body name="tip" pos="1 0 0"><freejoint name="f"/><geom size="1"/></body>',

@@ -216,7 +216,7 @@ def test_a_batch_has_charts_of_its_rows() -> None:
 
 MJCF = """
 <mujoco><option gravity="0 0 -9.81"/><worldbody><body name="l1">
-<joint name="hip" type="ball" armature="0.3" damping="0.7"/>
+<joint name="hip" type="ball" armature="0.3" damping="0.7" stiffness="{stiffness}"/>
 <inertial pos="0.1 0.05 -0.2" mass="2" fullinertia="0.04 0.06 0.028 0.004 0 0"/>
 <body name="l2" pos="0 0.1 -0.4"><joint name="knee" axis="0.6 0.8 0"/>
 <inertial pos="0.1 0.05 -0.2" mass="0.5" fullinertia="0.01 0.015 0.007 0.001 0 0"/>
@@ -225,16 +225,16 @@ MJCF = """
 
 @given(st.integers(0, 10_000))
 @examples(40)
-def test_armature_and_damping_of_a_ball_are_mujocos(seed: int) -> None:
+def test_armature_damping_and_spring_of_a_ball_are_mujocos(seed: int) -> None:
+    effects = {"drive": {"rotor_inertia": 0.3}, "friction": {"viscous": 0.7}}
     robot = two_links(
-        {"type": "ball", "drive": {"rotor_inertia": 0.3}, "friction": {"viscous": 0.7}},
-        active=[BALL, KNEE],
+        {"type": "ball", **effects, "spring": {"stiffness": 6.0}}, active=[BALL, KNEE]
     )
     rng = np.random.default_rng(seed)
     pose, v, dv = random_pose(rng), rng.normal(size=4), rng.normal(size=4)
     q = rng.normal()
     state = robot.close_at_poses({BALL: pose}, {BALL: v[:3]}, u=[0, 0, 0, q], du=[0, 0, 0, v[3]])
-    model = mujoco.MjModel.from_xml_string(MJCF)
+    model = mujoco.MjModel.from_xml_string(MJCF.format(stiffness=6))
     data = mujoco.MjData(model)
     x, y, z, w = Rotation.from_matrix(pose.rotation).as_quat()
     data.qpos[:], data.qvel[:], data.qacc[:] = [w, x, y, z, q], v, dv
@@ -242,6 +242,65 @@ def test_armature_and_damping_of_a_ball_are_mujocos(seed: int) -> None:
     twists = robot.twist_map(state)
     tau = robot.inverse_dynamics(state, twists.rate_accelerations(dv))
     assert twists.wrenches(tau) == pytest.approx(data.qfrc_inverse, abs=ROUNDING)
+
+
+def sprung(kind: str = "ball", stiffness: float = 6.0) -> Robot:
+    return two_links(
+        {"type": kind, "origin": ORIGIN, "spring": {"stiffness": stiffness}},
+        active=[BALL, KNEE],
+    )
+
+
+@pytest.mark.parametrize("start", [[0.0, 0.0, 0.0], [1e-9, 0.0, 0.0], [0.4, -0.6, 0.9]])
+def test_the_spring_of_a_ball_is_the_slope_of_its_energy(start: list[float]) -> None:
+    """At rest too, where the axis of the rotation has no direction; kernels and derivatives."""
+    robot, step = sprung(), 1e-6
+    u = np.array([*start, 0.2])
+    state = robot.close(u, np.zeros(4))
+    taken = robot.passive_forces(state)
+    slopes = []
+    for unit in np.eye(4):
+        ends = [robot.energy(robot.close(u + h * unit)).springs for h in (-step, step)]
+        slopes.append((ends[1] - ends[0]) / (2 * step))
+    assert taken == pytest.approx(slopes, abs=1e-8)
+    by_u = robot.inverse_dynamics_derivatives(state, np.zeros(4))[0]
+    columns = []
+    for unit in np.eye(4):
+        moved = [robot.close(u + h * unit, np.zeros(4)) for h in (-step, step)]
+        before, after = (robot.inverse_dynamics(one, np.zeros(4)) for one in moved)
+        columns.append((after - before) / (2 * step))
+    assert by_u == pytest.approx(np.column_stack(columns), abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["ball", "free"])
+@given(st.integers(0, 10_000))
+@examples(16)
+def test_the_spring_does_not_know_charts(kind: str, seed: int) -> None:
+    robot = sprung(kind)
+    pose = random_pose(np.random.default_rng(seed))
+    first = robot.close_at_poses({BALL: pose})
+    angle = Rotation.from_matrix(pose.rotation).magnitude()
+    energy = 3.0 * angle**2
+    if kind == "free":
+        energy += 3.0 * pose.position @ pose.position
+    for state in (first, robot.recentred(first, 0.0)):
+        assert robot.energy(state).springs == pytest.approx(energy, rel=1e-9)
+
+
+@pytest.mark.parametrize("export", SUFFIXES)
+def test_files_keep_the_spring_of_a_ball(export: Any, tmp_path: Path) -> None:
+    robot = sprung()
+    file = tmp_path / f"back{SUFFIXES[export]}"
+    file.write_text(export(robot), encoding="utf-8")
+    back = load(file)
+    u, du = [0.3, -0.4, 0.8, 0.1], [1.0, 0.5, -0.2, 0.3]
+    expected = robot.inverse_dynamics(robot.close(u, du), np.ones(4))
+    assert back.inverse_dynamics(back.close(u, du), np.ones(4)) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_spring_of_a_ball_has_no_rest() -> None:
+    with pytest.raises(DescriptionError, match="its spring is at rest at zero"):
+        two_links({"type": "ball", "spring": {"stiffness": 1, "rest": 0.2}}, active=[BALL, KNEE])
 
 
 def test_terms_of_armature_and_damping_agree_with_each_other() -> None:

@@ -25,6 +25,7 @@ WORLD = "world"  # name of the link under it
 _SPECIAL_KEYS = ("axis2", "pitch", "each")
 # effects that act along the components of the angular velocity
 _OF_ANGULAR_VELOCITY = ("friction", "drive")
+_OF_ALL = (*_OF_ANGULAR_VELOCITY, "spring")  # of a ball or free joint, alike in all directions
 _LIMITS = ("limits", "effort_limit", "velocity_limit", "power_limit")
 _ALONG = (*_OF_ANGULAR_VELOCITY, "spring", *_LIMITS)
 
@@ -199,12 +200,24 @@ class _Expansion:
                     f"a {self.type} joint has several coordinates; write {key} under"
                     f" `each: {{{self.joints[0]}: ...}}` (its coordinates: {names})",
                 )
+        if self.type in ("ball", "free"):
+            self._require_stiffness_alone()
         for name, entry in self.entry.get("each", {}).items():
             path: KeyPath = (*self.path, "each", name)
             if name not in self.joints:
                 raise self.document.error(path, no_such_name("coordinate", name, self.joints))
             if self.rows[self.joints.index(name)] in _TURNS:
                 self._refuse_along_turn(entry, path)
+
+    def _require_stiffness_alone(self) -> None:
+        """Raise for a spring with more than a stiffness, which is at rest at zero."""
+        for key in self.entry.get("spring", {}):
+            if key != "stiffness":
+                raise self.document.error(
+                    (*self.path, "spring", key),
+                    f"a {self.type} joint has several coordinates; its spring is at rest at zero"
+                    " and has a stiffness alone",
+                )
 
     def _refuse_along_turn(self, entry: Data, path: KeyPath) -> None:
         for key in entry:
@@ -220,7 +233,7 @@ class _Expansion:
         if self.type == "screw":
             return _ALONG
         if self.type in ("ball", "free"):
-            return _OF_ANGULAR_VELOCITY
+            return _OF_ALL
         return ()
 
     def _along(self, joint: str) -> Data:

@@ -28,14 +28,16 @@ def several_freedoms(joints: JointReader, joint: Joint, name: str, body: Transfo
         body: pose of its body in the parent body.
 
     Raises:
-        DescriptionError: it has a spring, or friction that cannot be represented.
+        DescriptionError: it has friction that cannot be represented.
     """
     model = joints.model
-    _require_linear(model, joint, name)
+    _require_isotropic(model, joint, name)
     if joint.is_limited:
         element = model.joint_element(joint)
         model.xml.note(element, f"joint {name}: the range of a ball joint is left out")
     entry: Data = {"type": joint.kind, **joints.effects(joint, name)}
+    if "spring" in entry:  # at rest as drawn
+        entry["spring"] = {"stiffness": joint.stiffness}
     if joint.kind == "free":
         return Freedom(name, entry, body)
     place = Transform(translation=frozen(joint.pos))
@@ -56,12 +58,10 @@ def pose_in_keyframe(joint: Joint, drawn: Transform, numbers: Sequence[float]) -
     return {"xyz": moved.translation.tolist(), "quat": quat_entry(moved.rotation)}
 
 
-def _require_linear(model: MjcfModel, joint: Joint, name: str) -> None:
-    """Refuse springs and dampers that cannot be represented."""
+def _require_isotropic(model: MjcfModel, joint: Joint, name: str) -> None:
+    """Refuse friction that cannot be represented."""
     problem = ""
-    if joint.stiffness:
-        problem = f"stiffness of a {joint.kind} joint is {joint.stiffness:g}; expected 0"
-    elif joint.kind == "free" and joint.frictionloss:
+    if joint.kind == "free" and joint.frictionloss:
         problem = f"frictionloss of a free joint is {joint.frictionloss:g}; expected 0"
     if problem:
         element = model.joint_element(joint)

@@ -286,7 +286,7 @@ def _effect_attributes(robot: RobotDescription, joint: str) -> dict[str, str]:
         attributes["damping"] = number_text(effect.viscous)
     if effect.coulomb:
         attributes["frictionloss"] = number_text(effect.coulomb)
-    if effect.stiffness:
+    if effect.stiffness and joint not in robot.angles_in_rows:
         rest = effect.rest - effect.preload / effect.stiffness
         attributes["stiffness"] = number_text(effect.stiffness)
         attributes["springref"] = number_text(rest)

@@ -180,6 +180,8 @@ class _SdfWriter:
         dynamics = SubElement(axis, "dynamics")
         add_text(dynamics, "damping", number_text(effect.viscous))
         add_text(dynamics, "friction", number_text(effect.coulomb))
+        if joint in self.robot.angles_in_rows:
+            return
         add_text(dynamics, "spring_reference", number_text(effect.rest - zero))
         add_text(dynamics, "spring_stiffness", number_text(effect.stiffness))
 
