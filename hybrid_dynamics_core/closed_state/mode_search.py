@@ -208,7 +208,8 @@ def _starts(
     """Start values of the iterations, one array a coordinate; the guess comes first."""
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
 
-    length = max(equation.loop.length for equation in block.equations)
+    reference = model.plan.reference
+    length = max(equation.loop.reach(reference) for equation in block.equations)
     samples = qmc.Halton(len(block.unknowns), scramble=False).random(count)
     starts: list[Array] = [np.zeros(1 + count)] * len(guess)
     for k, sample in zip(block.unknowns, samples.T, strict=True):

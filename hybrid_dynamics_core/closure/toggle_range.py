@@ -52,8 +52,7 @@ def searched_half(tree: Tree, plan: ClosurePlan, k: int) -> float:
     """Half the width of the searched range of a coordinate [rad or m]."""
     if tree.is_revolute(k):
         return _TURN
-    extents = [loop.extent(plan.reference) for loop in plan.loops]
-    return _SPAN * max(*extents, *(loop.length for loop in plan.loops))
+    return _SPAN * max(loop.reach(plan.reference) for loop in plan.loops)
 
 
 class ClosingSearch:

@@ -71,6 +71,10 @@ class LoopEquations(ABC):
         """
         return 0.0
 
+    def reach(self, configuration: Configuration) -> float:
+        """The extent [m], or the length where there is none: how far a search should go."""
+        return self.extent(configuration) or self.length
+
     def marks(self, configuration: Configuration) -> list[Scalar]:
         """Numbers that are equal for two sets of joint values if the links have the same poses."""
         return []
