@@ -43,7 +43,7 @@ class Turns(NamedTuple):
     @classmethod
     def at(cls, angles: Array) -> Turns:
         """Cosines and sines of angles (..., 3) [rad], as arrays (...)."""
-        _, b, c = np.moveaxis(angles, -1, 0)
+        b, c = angles[..., 1], angles[..., 2]
         return cls(np.cos(b), np.sin(b), np.cos(c), np.sin(c))
 
     def axes(self) -> tuple[Vector, Vector, Vector]:
@@ -111,8 +111,10 @@ def _mixed(first: Scalars, second: Scalars, i: int, k: int) -> Scalar:
 
 def rotation_of(angles: Array, charts: Array) -> Array:
     """R (..., 3, 3) of angles (..., 3) [rad] in charts (...)."""
-    (ca, cb, cc), (sa, sb, sc) = (np.moveaxis(f(angles), -1, 0) for f in (np.cos, np.sin))
-    turned = _stacked(
+    cosines, sines = np.cos(angles), np.sin(angles)
+    ca, cb, cc = cosines[..., 0], cosines[..., 1], cosines[..., 2]
+    sa, sb, sc = sines[..., 0], sines[..., 1], sines[..., 2]
+    turned = _matrix(
         (cb * cc, -cb * sc, sb),
         (ca * sc + sa * sb * cc, ca * cc - sa * sb * sc, -sa * cb),
         (sa * sc - ca * sb * cc, sa * cc + ca * sb * sc, ca * cb),
@@ -140,12 +142,8 @@ def better_chart(rotation: Array) -> Array:
 
 def rate_matrix(angles: Array) -> Array:
     """E (..., 3, 3) in omega = E (a', b', c'), with omega in the rotated frame."""
-    shape = angles.shape[:-1]
-    columns = [
-        np.stack([np.broadcast_to(component, shape) for component in axis], axis=-1)
-        for axis in Turns.at(angles).axes()
-    ]
-    return np.stack(columns, axis=-1)
+    first, second, third = Turns.at(angles).axes()
+    return _matrix(*zip(first, second, third, strict=True))
 
 
 def angles_in(angles: Array, before: Array | float, after: Array | float) -> Array:
@@ -172,10 +170,16 @@ def _in_first(charts: Array) -> NDArray[np.bool_]:
 
 def _quarter_turned(matrix: Array, sense: float) -> Array:
     """Rz(+-pi/2) times a matrix (..., 3, 3)."""
-    x, y, z = np.moveaxis(matrix, -2, 0)
-    return np.stack([-sense * y, sense * x, z], axis=-2)
+    turned = matrix.copy()
+    turned[..., 0, :] = -sense * matrix[..., 1, :]
+    turned[..., 1, :] = sense * matrix[..., 0, :]
+    return turned
 
 
-def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
-    """A matrix (..., 3, 3) of its entries (...)."""
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+def _matrix(*rows: tuple[Scalar, Scalar, Scalar]) -> Array:
+    """A matrix (..., 3, 3) of its entries (...); the first is an array, others may be floats."""
+    matrix = np.empty((*np.shape(rows[0][0]), 3, 3))
+    for i, row in enumerate(rows):
+        for k, entry in enumerate(row):
+            matrix[..., i, k] = entry
+    return matrix

@@ -73,8 +73,10 @@ def _gaps_and_jacobian(
     shape = (len(s),)
     with np.errstate(all="ignore"):
         for loop in loops:
-            gaps += [np.broadcast_to(gap, shape) for gap in loop.gaps(configuration)]
-            for row in loop.linearise(configuration).rows:
+            rows, residual = loop.linearise(configuration)
+            of_loop = loop.gaps(configuration, residual)
+            gaps += [np.broadcast_to(gap, shape) for gap in of_loop]
+            for row in rows:
                 of_row = coefficients(row, unknowns)
                 entries.append([np.broadcast_to(entry, shape) for entry in of_row])
     jacobian = np.array(entries, dtype=float).reshape(len(gaps), len(unknowns), len(s))

@@ -88,7 +88,8 @@ def largest_gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> dict[s
     configuration = configuration_at(tree, s)
     largest: dict[str, float] = {}
     for loop in loops:
-        gap = max(map(abs, loop.gaps(configuration)))
+        residual = loop.linearise(configuration).residual
+        gap = max(map(abs, loop.gaps(configuration, residual)))
         largest[loop.name] = max(largest.get(loop.name, 0.0), gap)
     return largest
 
@@ -117,8 +118,8 @@ def gaps_and_jacobian(
     gaps: list[float] = []
     entries: list[list[float]] = []
     for loop in loops:
-        gaps += loop.gaps(configuration)
-        rows = loop.linearise(configuration).rows
+        rows, residual = loop.linearise(configuration)
+        gaps += loop.gaps(configuration, residual)
         entries += [coefficients(row, unknowns) for row in rows]
     jacobian = np.array(entries, dtype=float)
     return np.array(gaps), jacobian.reshape(len(gaps), len(unknowns))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..algebra.charts import Turns, angles_of, better_chart, rate_matrix, rotation_of
+from ..algebra.vector import cross
 from ..description.model import RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree
@@ -86,16 +87,23 @@ class FreelyTurning:
         result[..., 3:, 3:] = angular
         return result
 
-    def drift(self, s: Array, ds: Array, charts: Array) -> Array:
-        """V' q' (..., k), the rate of the twist at q'' = 0."""
+    def drift(self, s: Array, ds: Array, velocity_map: Array) -> Array:
+        """V' q' (..., k), the rate of the twist at q'' = 0.
+
+        Args:
+            s: all coordinates (..., n_s) [rad, m].
+            ds: their rates (..., n_s).
+            velocity_map: V (..., k, k) there.
+        """
         angles, rates = s[..., self.turns], ds[..., self.turns]
-        columns = list(np.moveaxis(rates, -1, 0))
+        columns = [rates[..., k] for k in range(3)]
         bias = Turns.at(angles).bias(columns, columns)
-        angular = np.stack(np.broadcast_arrays(*bias), axis=-1) @ self.carried.T
+        angular = np.stack(bias, axis=-1) @ self.carried.T
         if not self.slides:
             return angular
-        twist = (self.velocity_map(s, charts) @ ds[..., self.coordinates, None])[..., 0]
-        linear = -np.cross(twist[..., 3:], twist[..., :3])
+        twist = (velocity_map @ ds[..., self.coordinates, None])[..., 0]
+        velocity = tuple(twist[..., k] for k in range(TWIST))
+        linear = np.stack(cross(velocity[:3], velocity[3:]), axis=-1)
         return np.concatenate([linear, angular], axis=-1)
 
 

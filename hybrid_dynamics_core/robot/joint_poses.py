@@ -186,8 +186,9 @@ class JointPoses:
             k = joint.coordinates
             if max(k) < n:
                 rows_of, columns_of = np.ix_(k, k)
-                V[..., rows_of, columns_of] = joint.velocity_map(state.s, charts)
-                drift[..., k] = joint.drift(state.s, state.ds, charts)
+                velocity_map = joint.velocity_map(state.s, charts)
+                V[..., rows_of, columns_of] = velocity_map
+                drift[..., k] = joint.drift(state.s, state.ds, velocity_map)
         return TwistMap(V, drift)
 
     def _rates(

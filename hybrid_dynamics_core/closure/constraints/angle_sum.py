@@ -43,7 +43,7 @@ class AngleSum(LoopEquations):
             marks += [configuration.c[k], configuration.s[k]]
         return marks
 
-    def gaps(self, configuration: Configuration) -> list[Scalar]:
+    def gaps(self, configuration: Configuration, residual: list[Scalar]) -> list[Scalar]:
         """The angle itself: its sine vanishes at half a turn too, where a search would stay."""
         cosine, sine = self._direction(configuration)
         return [atan2(sine, cosine)]

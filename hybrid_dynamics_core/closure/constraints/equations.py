@@ -79,13 +79,16 @@ class LoopEquations(ABC):
         """Numbers that are equal for two sets of joint values if the links have the same poses."""
         return []
 
-    def gaps(self, configuration: Configuration) -> list[Scalar]:
-        """How far each equation is from closed, for a search from afar.
+    def gaps(self, configuration: Configuration, residual: list[Scalar]) -> list[Scalar]:
+        """How far each equation is from closed, for searches that start far away.
 
-        The residuals, unless these vanish at places that the guards refuse. The configuration holds
-        floats or arrays.
+        They are the residuals, unless these vanish where the guards are negative.
+
+        Args:
+            configuration: of floats or arrays.
+            residual: of the equations there, as `linearise` gives it.
         """
-        return self.linearise(configuration).residual
+        return residual
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
         """Scalars that must be positive where the equations hold.
