@@ -17,7 +17,7 @@ from hybrid_dynamics_core.scene.skeleton import place_skeleton
 ROOT = Path(__file__).resolve().parents[1]
 ROBOTS = "hybrid_dynamics_core/robots"
 IMAGES = "images/robots"
-LARGEST = 150_000  # bytes of a picture
+LARGEST = 200_000  # bytes of a picture
 MODES = ("forging_chu2020",)  # robots whose assembly modes are shown too
 
 TITLE = "# The shipped robots"
@@ -58,6 +58,8 @@ def section(robot: Robot) -> str:
         wrapped(f"* active joints: {motors}"),
         wrapped(f"* loops: {loops(robot)}"),
     ]
+    if robot.description.visuals:
+        lines.append(f"\n![{name}: the visuals of its file]({IMAGES}/{name}_visuals.svg)")
     if name in MODES:
         lines.append(f"\n![{name}: its assembly modes side by side]({IMAGES}/{name}_modes.svg)")
     return "\n".join(lines) + "\n"
@@ -107,10 +109,13 @@ def pictures(folder: Path) -> None:
         if find_plane(place_skeleton(robot, robot.close(robot.reference))) is not None:
             names = "joints"
         files = [folder / f"{name}.svg"]
-        draw(robot, path=files[0], names=names)
+        draw(robot, path=files[0], names=names, skeleton=True)
+        if robot.description.visuals:
+            files.append(folder / f"{name}_visuals.svg")
+            draw(robot, path=files[-1], names=names)
         if name in MODES:
             files.append(folder / f"{name}_modes.svg")
-            draw_modes(robot, path=files[1])
+            draw_modes(robot, path=files[-1])
         for file in files:
             size = file.stat().st_size
             print(f"{file.relative_to(ROOT)}: {size} bytes")

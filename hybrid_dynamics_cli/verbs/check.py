@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_args
@@ -46,6 +47,11 @@ Examples:
 @click.option(
     "--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side."
 )
+@click.option(
+    "--skeleton",
+    is_flag=True,
+    help="With --draw: bars and plates between joints in place of the robot's visuals.",
+)
 @click.option("--strict", is_flag=True, help="Refuse inertias that no rigid body has.")
 @overwrite_option
 @json_option
@@ -54,6 +60,7 @@ def command(
     picture: str | None,
     names: Names | None,
     modes: bool,
+    skeleton: bool,
     strict: bool,
     overwrite: bool,
     as_json: bool,
@@ -64,8 +71,8 @@ def command(
     Ends with 1 where something is wrong; that loops do not close all over the limits is told, and
     no fault.
     """
-    if modes and picture is None:
-        raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
+    if picture is None:
+        _refuse_without_picture(modes, skeleton)
     if modes and picture is not None:
         machine = _decided(robot, picture, names, overwrite, strict)
     else:
@@ -88,7 +95,10 @@ def command(
     lines.append(verdict(machine, coverage))
     show(data, as_json, "\n".join(lines))
     if place is not None:
-        _draw(machine, place, names, modes)
+        if modes:
+            _draw_modes(machine, place, names)
+        else:
+            _draw(machine, place, names, skeleton)
         show_written(place, _title(modes), as_json)
 
 
@@ -230,6 +240,14 @@ def _without_mass(machine: Robot, mass_matrix: Array, ddu: Array) -> list[str]:
     return names
 
 
+def _refuse_without_picture(modes: bool, skeleton: bool) -> None:
+    """Refuse options of a picture that is not drawn."""
+    if modes:
+        raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
+    if skeleton:
+        raise click.UsageError("--skeleton is of the picture; give --draw FILE too")
+
+
 def _decided(robot: str, picture: str, names: Names | None, overwrite: bool, strict: bool) -> Robot:
     """The robot; if its file does not decide the assembly modes, draw them and exit.
 
@@ -238,7 +256,7 @@ def _decided(robot: str, picture: str, names: Names | None, overwrite: bool, str
     machine, undecided = loaded_undecided(robot, strict)
     if undecided:
         place = picture_for(machine, picture, overwrite=overwrite)
-        _draw(machine, place, names, modes=True, mark_current=False)
+        _draw_modes(machine, place, names, mark_current=False)
         raise click.ClickException("\n".join([*undecided, _drawn(place, modes=True)]))
     return machine
 
@@ -255,13 +273,20 @@ def _title(modes: bool) -> str:
     return "picture of the robot"
 
 
-def _draw(
-    machine: Robot, path: Path, names: Names | None, modes: bool, mark_current: bool = True
-) -> None:
+def _draw_modes(machine: Robot, path: Path, names: Names | None, mark_current: bool = True) -> None:
     # Matplotlib is an extra.
-    from hybrid_dynamics_core.drawing import draw, draw_modes  # noqa: PLC0415
+    from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
 
-    if modes:
-        draw_modes(machine, path=path, names=names or "none", mark_own=mark_current)
-    else:
-        draw(machine, path=path, names=names or "active")
+    draw_modes(machine, path=path, names=names or "none", mark_own=mark_current)
+
+
+def _draw(machine: Robot, path: Path, names: Names | None, skeleton: bool) -> None:
+    """Draw the robot; meshes that are not shown are named on stderr."""
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing import draw  # noqa: PLC0415
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        draw(machine, path=path, names=names or "active", skeleton=skeleton)
+    for warning in caught:
+        click.echo(f"note: {warning.message}", err=True)

@@ -30,7 +30,7 @@ def robot_of(name: str) -> Robot:
 @functools.cache
 def drawing_of(name: str, names: str = "active") -> Figure:
     """A robot drawn with the names of its active joints, or others: for reading only."""
-    return draw(robot_of(name), names=names)
+    return draw(robot_of(name), names=names, skeleton=True)
 
 
 def artists_of(figure: Figure, kind: type, *prefixes: str) -> list:
@@ -55,7 +55,7 @@ def svg_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     def path_of(name: str) -> Path:
         path = folder / f"{name}.svg"
         if not path.exists():
-            draw(robot_of(name), path=path)
+            draw(robot_of(name), path=path, skeleton=True)
         return path
 
     return path_of

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hybrid_dynamics_core import shipped_robots
+from hybrid_dynamics_core import load, shipped_robots
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -29,6 +29,9 @@ def test_every_picture_of_the_page_is_there_and_small(pictures) -> None:
     folder = ROOT / "docs" / pictures.IMAGES
     wanted = {f"{name}.svg" for name in shipped_robots()}
     wanted |= {f"{name}_modes.svg" for name in pictures.MODES}
+    painted = [name for name in shipped_robots() if load(name).description.visuals]
+    wanted |= {f"{name}_visuals.svg" for name in painted}
+    assert painted == ["excavator"]
     assert {path.name for path in folder.iterdir()} == wanted
     for path in folder.iterdir():
         assert path.stat().st_size < pictures.LARGEST

@@ -132,6 +132,13 @@ def test_bodies_give_way_to_visuals_link_by_link(tmp_path: Path) -> None:
     assert {surface.link for surface in scene.surfaces} == {"base", "upper"}
 
 
+def test_links_are_named_on_their_visuals(tmp_path: Path) -> None:
+    robot = arm(tmp_path)
+    (axes,) = draw(robot, names="all").axes
+    places = {text.get_gid(): text.xyann for text in axes.texts if text.get_gid()}
+    assert {"name:link:base", "name:link:upper", "name:link:lower", "name:q1"} <= set(places)
+
+
 def test_the_skeleton_is_a_switch_away(tmp_path: Path) -> None:
     robot = arm(tmp_path)
     bare = tmp_path / "bare"

@@ -11,6 +11,7 @@ from ...scene.part_style import IDLE
 from ...scene.parts import Part
 from ...scene.scene import Scene
 from ...scene.style import INK, PURPLE, QUIET, RED, deep, mix
+from ...scene.visuals.surfaces import Surface
 from ..options import Names
 from .backdrop import ground_outlines
 from .labels import Label
@@ -109,20 +110,32 @@ def _links(scene: Scene) -> list[Label]:
         if part.owner.startswith("link:") and link not in named:
             named.add(link)
             labels.append(_link(scene, link, _middle(scene, part), part.role == "plate"))
+    for surface in scene.surfaces:
+        if surface.link not in named:
+            named.add(surface.link)
+            labels.append(_link(scene, surface.link, _middle_of(scene, surface), True))
     return labels
 
 
 def _base(scene: Scene) -> list[Label]:
-    """A label of the base at its first ground, or on its plate; empty without either."""
+    """A label of the base at its first ground, its plate or a visual; empty without any."""
     base = scene.skeleton.base
     plates = [_middle(scene, part) for part in scene.parts if part.role == "base"]
     places = [outline.mean(axis=0) for outline in ground_outlines(scene)] + plates
-    return [_link(scene, base, place, bool(plates)) for place in places[:1]]
+    visuals = [surface for surface in scene.surfaces if surface.link == base]
+    places += [_middle_of(scene, surface) for surface in visuals]
+    inside = bool(plates or visuals)
+    return [_link(scene, base, place, inside) for place in places[:1]]
 
 
 def _middle(scene: Scene, part: Part) -> Array:
     """(2,) the middle of a part in the picture."""
     return scene.projection.project(part.points.mean(axis=0))
+
+
+def _middle_of(scene: Scene, surface: Surface) -> Array:
+    """(2,) the middle of the box around a surface in the picture."""
+    return scene.projection.project(surface.box().mean(axis=0))
 
 
 def _link(

@@ -15,20 +15,23 @@ from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
+from ...description.model import Colour
 from ...ground.arrays import Array
 from ...scene.projection import Projection
 from ...scene.style import INK
 from ...scene.visuals.primitives import Faces
 from ...scene.visuals.surfaces import Surface
 
-_DENSITY: Final = 360.0  # samples to the inch; two by two make a pixel
+_DENSITY: Final = 320.0  # samples to the inch; two by two make a pixel
 _MAX_SIDE: Final = 4000  # samples along a side of the image
 _STEP: Final = 0.7  # of a sample, between points of a triangle: every sample meets one
 _CHUNK: Final = 2_000_000  # points at a time
-_AMBIENT: Final = 0.6  # brightness of what the light does not reach
+_AMBIENT: Final = 0.62  # brightness of what the light does not reach
+_DIFFUSE: Final = 0.5  # added where it falls straight
 _LIGHT: Final = (-0.45, 0.75, 1.0)  # direction of the light: right, up, toward the viewer
 _CREASE: Final = 0.8  # cosine between normals below which an edge is drawn
-_DEPTH_STEP: Final = 0.02  # of the size of the image, between surfaces with an outline
+_DEPTH_STEP: Final = 0.006  # of the size of the image: larger steps in depth get an outline
+_FLAT: Final = 1e-9  # of a square of the longest side: smaller triangles are lines
 _EDGE: Final = 0.55  # share of ink in an outline
 
 
@@ -116,7 +119,8 @@ class _Canvas:
         self.triangles = np.full(width * height, -1)
         self.colours: list[Array] = [np.zeros((0, 4))]  # of triangles
         self.normals: list[Array] = [np.zeros((0, 3))]
-        self.owners: list[Array] = [np.zeros(0, int)]
+        self.paints: list[Faces] = [np.zeros(0, int)]  # numbers of colours
+        self.palette: dict[Colour, int] = {}
         self.count = 0
 
     def add(self, surface: Surface, vertices: Array, directions: Array) -> None:
@@ -127,17 +131,20 @@ class _Canvas:
             vertices: (k, 3) its vertices: right and up in samples, and the depth [m].
             directions: (3, 3) of the picture.
         """
-        if not len(surface.faces):
-            return
         a, b, c = (surface.vertices[corner] for corner in surface.faces.T)
         normals = np.cross(b - a, c - a)
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = normals / np.maximum(lengths, 1e-300) @ directions.T
+        lengths = np.linalg.norm(normals, axis=1)
+        sides = np.maximum(np.linalg.norm(b - a, axis=1), np.linalg.norm(c - a, axis=1))
+        solid = lengths > _FLAT * sides**2
+        if not solid.any():
+            return
+        normals = normals[solid] / lengths[solid, None] @ directions.T
         normals *= np.where(normals[:, 2:] < 0.0, -1.0, 1.0)  # both sides are lit
         self.normals.append(normals)
         self.colours.append(_lit(surface, normals))
-        self.owners.append(np.full(len(normals), len(self.owners)))
-        for numbers, points in _samples(vertices, surface.faces):
+        paint = self.palette.setdefault(surface.colour, len(self.palette))
+        self.paints.append(np.full(len(normals), paint))
+        for numbers, points in _samples(vertices, surface.faces[solid]):
             self._keep_nearest(points, numbers + self.count)
         self.count += len(normals)
 
@@ -195,14 +202,14 @@ class _Canvas:
             places: (n,) rows and columns of samples in the windows.
         """
         one, other = triangles[first][places], triangles[second][places]
-        owners = np.concatenate([*self.owners, [0]])
+        paints = np.concatenate([*self.paints, [-1]])
         normals = np.vstack([*self.normals, np.zeros((1, 3))])
         depths = self.depths.reshape(self.shape)
         facing = (normals[one] * normals[other]).sum(axis=1)
         with np.errstate(invalid="ignore"):  # next to nothing depths are infinite
             apart = np.abs(depths[first][places] - depths[second][places])
         is_step = apart > _DEPTH_STEP * self.size
-        return np.asarray((owners[one] != owners[other]) | (facing < _CREASE) | is_step)
+        return np.asarray((paints[one] != paints[other]) | (facing < _CREASE) | is_step)
 
 
 def _lit(surface: Surface, normals: Array) -> Array:
@@ -213,7 +220,8 @@ def _lit(surface: Surface, normals: Array) -> Array:
         normals: (m, 3) right, up, toward the viewer.
     """
     light = np.array(_LIGHT) / np.linalg.norm(_LIGHT)
-    brightness = _AMBIENT + (1.0 - _AMBIENT) * np.maximum(normals @ light, 0.0)
+    lit = _AMBIENT + _DIFFUSE * np.maximum(normals @ light, 0.0)
+    brightness = np.minimum(lit, 1.0)
     colours = np.empty((len(normals), 4))
     colours[:, :3] = brightness[:, None] * np.array(surface.colour[:3])
     colours[:, 3] = surface.colour[3]

@@ -76,7 +76,8 @@ def _revolved(profile: Array) -> Triangles:
     after = here - here % _AROUND + (here + 1) % _AROUND
     lower = np.stack([here, after, after + _AROUND], axis=1)
     upper = np.stack([here, after + _AROUND, here + _AROUND], axis=1)
-    return vertices, np.vstack([lower, upper])
+    starts, ends = radii[here // _AROUND] > 0.0, radii[here // _AROUND + 1] > 0.0  # no tips
+    return vertices, np.vstack([lower[starts], upper[ends]])
 
 
 def _joined(parts: Sequence[Triangles]) -> Triangles:
