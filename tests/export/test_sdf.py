@@ -236,7 +236,7 @@ CHANGED = {
     "mass of shapes": (
         "<inertial>",
         '<inertial auto="true">',
-        "links.crank: auto of <inertial> is 'true'",
+        'links.crank: has auto="true" and a <mass>; expected one of them',
     ),
     "place of a mass": (
         f"{MASS}<pose>",

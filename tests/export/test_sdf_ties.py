@@ -222,3 +222,63 @@ def test_a_link_called_world_is_refused(tmp_path: Path) -> None:
     text = model('<link name="world"/><link name="l"/>', "1.5")
     with pytest.raises(DescriptionError, match="is a name that SDFormat reserves"):
         read(tmp_path, text)
+
+
+# -- masses of collisions
+
+SOLIDS = {
+    "<box><size>0.1 0.2 0.3</size></box>": ("box", [0.05, 0.1, 0.15]),
+    "<sphere><radius>0.2</radius></sphere>": ("sphere", [0.2]),
+    "<cylinder><radius>0.1</radius><length>0.5</length></cylinder>": ("cylinder", [0.1, 0.25]),
+    "<capsule><radius>0.1</radius><length>0.5</length></capsule>": ("capsule", [0.1, 0.25]),
+    "<ellipsoid><radii>0.1 0.2 0.3</radii></ellipsoid>": ("ellipsoid", [0.1, 0.2, 0.3]),
+}
+
+
+def solid_link(shape: str, words: str = "") -> str:
+    """Two solids on a link, one of a density of its own."""
+    return f"""<link name="base"/><joint name="w" type="fixed"><parent>world</parent>
+<child>base</child></joint><link name="l"><inertial auto="true">{words}<density>700</density>
+</inertial><collision name="a"><pose>0.1 0.2 0.3 0.4 0.5 0.6</pose><geometry>{shape}</geometry>
+</collision><collision name="b"><density>200</density><pose degrees="true">0 0 0.4 90 0 0</pose>
+<geometry><box><size>0.1 0.1 0.4</size></box></geometry></collision></link>
+<joint name="q" type="revolute"><parent>base</parent><child>l</child><axis><xyz>0 1 0</xyz></axis>
+</joint>"""
+
+
+@pytest.mark.parametrize("shape", SOLIDS)
+def test_collisions_give_the_mass_that_mujoco_gives_to_solids(shape: str, tmp_path: Path) -> None:
+    link = read(tmp_path, model(solid_link(shape), "1.11")).description.links["l"]
+    kind, sizes = SOLIDS[shape]
+    twin = mujoco.MjModel.from_xml_string(f"""<mujoco>
+<compiler angle="radian" eulerseq="XYZ"/><worldbody><body name="l"><joint axis="0 1 0"/>
+<geom type="{kind}" size="{" ".join(map(str, sizes))}" density="700" pos=".1 .2 .3"
+euler=".4 .5 .6"/><geom type="box" size=".05 .05 .2" density="200" pos="0 0 .4"
+euler="{np.pi / 2} 0 0"/></body></worldbody></mujoco>""")
+    assert link.mass == pytest.approx(twin.body_mass[1], rel=1e-9)
+    assert link.com == pytest.approx(twin.body_ipos[1], abs=1e-9)
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, twin.body_iquat[1])
+    turn = turn.reshape(3, 3)
+    inertia = turn @ np.diag(twin.body_inertia[1]) @ turn.T
+    assert link.inertia == pytest.approx(inertia, rel=1e-8, abs=1e-9)
+
+
+BOX = next(iter(SOLIDS))
+NO_MASS = {
+    "a mass too": (solid_link(BOX, "<mass>2</mass>"), 'has auto="true" and a <mass>'),
+    "another shape": (
+        solid_link("<mesh><uri>m.dae</uri></mesh>"),
+        "has the shape <mesh>; a mass is computed of box",
+    ),
+    "no density": (solid_link(BOX).replace("200", "0"), "has a density of 0"),
+    "no size": (solid_link(BOX.replace("0.3", "-0.3")), "a size is above zero"),
+}
+
+
+@pytest.mark.parametrize(("inside", "words"), NO_MASS.values(), ids=NO_MASS.keys())
+def test_a_mass_that_is_not_computed_is_refused(inside: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match=r"links\.l") as error:
+        read(tmp_path, model(inside, "1.11"))
+    assert words in str(error.value)
+    assert error.value.line in (2, 3, 4)

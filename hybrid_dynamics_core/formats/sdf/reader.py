@@ -16,6 +16,7 @@ from ...ground.file_options import NO_OPTIONS, FileOptions
 from ..extras_reader import TAG, read_extras
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
+from .auto_inertia import AutoInertia, is_auto
 from .base import find_base
 from .gearboxes import GEARBOX, GearboxReader
 from .gravity import gravity_entry
@@ -151,6 +152,8 @@ class _SdfReader:
             self.document.notes.append(
                 f"{name}: no inertial given; SDFormat takes 1 kg and 1 kg m^2"
             )
+        elif is_auto(inertial):
+            entry = AutoInertia(self.xml, self.visuals).body(element, inertial, path)
         else:
             entry = self.body(inertial, path)
         visuals = self.visuals.entries(element, path)
@@ -161,6 +164,9 @@ class _SdfReader:
 
     def body(self, inertial: LocatedElement, path: KeyPath) -> Data:
         """Mass, centre of mass and inertia of a link."""
+        density = inertial.first("density")
+        if density is not None:
+            self.xml.note(density, f"<density> of {path[-1]} is left out: its mass is given")
         pose = pose_entry(self.poses.read(inertial.first("pose"), path))
         tensor: Data = dict(_DEFAULT_INERTIA)
         inertia = inertial.first("inertia")

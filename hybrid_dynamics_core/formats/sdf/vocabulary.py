@@ -54,7 +54,7 @@ _MODEL: dict[str, Vocabulary] = {
         must_be_base_link="false",
     ),
     "inertial": vocabulary(
-        "", "mass pose inertia fluid_added_mass", "density auto_inertia_params", auto="false"
+        "auto", "mass pose inertia fluid_added_mass density", "auto_inertia_params"
     ),
     "inertia": vocabulary("", "ixx iyy izz ixy ixz iyz"),
     "fluid_added_mass": vocabulary(**_ADDED_MASS),
