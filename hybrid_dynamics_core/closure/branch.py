@@ -48,7 +48,8 @@ def choose_branches(
     try:
         # each block is solved into `configuration`, for the blocks after it
         for block in blocks:
-            branch.append(choose_branch(robot, block, context, configuration, guess))  # noqa: PERF401
+            sign = choose_branch(robot, block, context, configuration, guess)
+            branch.append(sign)
     except UndecidedModeError:
         later = blocks[len(branch) :]
         if not _closes_in_some_mode(robot, later, loops, context, configuration, guess):

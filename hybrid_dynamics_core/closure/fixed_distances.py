@@ -22,6 +22,7 @@ from ..mechanism.tree import Body, Tree
 # sine of the angle between axes below which they count as parallel: numbers of files are rounded
 PARALLEL = 1e-6
 _POINT = np.zeros(3)  # the direction of a place that is no axis
+_ORIGIN = np.zeros(3)
 
 
 class Place(NamedTuple):
@@ -89,24 +90,31 @@ class FixedDistances:
         a = self._tree.body_index(closure.link_a)
         b = self._tree.body_index(closure.link_b)
         path_a, path_b, ancestor = self._tree.branches(a, b)
-        for k in path_a + path_b:
+        path = path_a + path_b
+        for k in path:
             body = self._tree.bodies[k]
-            if body.is_revolute and body.coordinate not in self._of_free_joints:
-                axis = np.array(body.axis)
-                if body.coordinate in self._of_balls:
-                    axis = _POINT
-                yield (k, k), Place(k, np.zeros(3), axis)
+            is_joint = body.coordinate not in self._of_free_joints
+            if body.is_revolute and is_joint:
+                axis = self._axis(body)
                 on_parent = np.array(body.rotation) @ axis
-                yield (k, body.parent), Place(body.parent, np.array(body.translation), on_parent)
+                origin = np.array(body.translation)
+                yield (k, k), Place(k, _ORIGIN, axis)
+                yield (k, body.parent), Place(body.parent, origin, on_parent)
         if closure.kind == "frame":
             return
-        normal = self._common_axis(path_a + path_b, ancestor)
+        normal = self._common_axis(path, ancestor)
         for link, frame in zip((a, b), closure.frames(), strict=True):
             direction = frame.rotation[:, 2]
             if closure.kind != "axis":
                 rotation, _ = self._tree.zero_pose(link, ancestor)
                 direction = rotation.T @ normal
             yield (closure.name, link), Place(link, frame.translation, direction)
+
+    def _axis(self, body: Body) -> Array:
+        """The axis of a revolute joint, zero for one of a ball joint: all of them meet."""
+        if body.coordinate in self._of_balls:
+            return _POINT
+        return np.array(body.axis)
 
     def _common_axis(self, path: list[int], ancestor: int) -> Array:
         """The direction of all revolute joints of a loop, in an ancestor; zero without one."""
@@ -122,17 +130,18 @@ class FixedDistances:
 
     def _between(self, a: Place, b: Place) -> float:
         """The fixed distance of two places [m]; 0 where joints turn them against each other."""
-        standing_a = self._standings[a.link]
-        standing_b = self._standings[b.link]
-        if standing_a.group != standing_b.group:
+        one = self._standings[a.link]
+        other = self._standings[b.link]
+        if one.group != other.group:
             return 0.0
-        _, point_a, direction_a = standing_a.place(a)
-        _, point_b, direction_b = standing_b.place(b)
-        slides = {**standing_a.slides, **standing_b.slides}
-        # those on the way to both are not between them
-        between = standing_a.slides.keys() ^ standing_b.slides.keys()
-        directions = [direction_a, direction_b, *(slides[k] for k in between)]
-        return _length_across(point_b - point_a, directions)
+        start = one.place(a)
+        end = other.place(b)
+        directions = [start.direction, end.direction]
+        slides = {**one.slides, **other.slides}
+        # slides on the way to both are not between them
+        between = one.slides.keys() ^ other.slides.keys()
+        directions += [slides[k] for k in between]
+        return _length_across(end.point - start.point, directions)
 
 
 def _length_across(vector: Array, directions: list[Array]) -> float:
