@@ -22,9 +22,9 @@ MODES = ("forging_chu2020",)  # robots whose assembly modes are shown too
 
 TITLE = "# The shipped robots"
 BEFORE_COMMAND = """\
-Each is one file, taken by name: `load("excavator")`. In the pictures what a motor or a cylinder
-drives is vermilion, with the name of its joint; the arm is grey, and each loop has a colour of its
-own. A robot of yours is drawn with
+Each is one file, taken by name: `load("excavator")`. In the pictures, driven links are
+vermilion, with the names of their joints. The arm is grey, and each loop has its own colour. A
+robot of yours is drawn with
 """
 COMMAND = """\
 ```bash
