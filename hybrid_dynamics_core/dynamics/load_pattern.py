@@ -271,14 +271,19 @@ def _with_payloads(tree: Tree, pattern: LoadPattern, values: Scalars) -> Tree:
 def add_inertia(body: Body, values: Scalars) -> Body:
     """The body with ten inertial parameters added to its own."""
     mass, moment, inertia = unpack_inertia(values)
-    pairs = zip(body.inertia, inertia, strict=True)
-    x, y, z = (add(a, b) for a, b in pairs)
+    added = replace(body, mass=mass, first_moment=moment, inertia=inertia, second_moments=None)
     return replace(
         body,
         mass=body.mass + mass,
         first_moment=add(body.first_moment, moment),
-        inertia=(x, y, z),
+        inertia=_sum(body.inertia, inertia),
+        second_moments=_sum(body.about_origin, added.about_origin),
     )
+
+
+def _sum(a: Rotation, b: Rotation) -> Rotation:
+    x, y, z = (add(row_a, row_b) for row_a, row_b in zip(a, b, strict=True))
+    return x, y, z
 
 
 def unpack_inertia(values: Scalars) -> tuple[Scalar, Vector, Rotation]:

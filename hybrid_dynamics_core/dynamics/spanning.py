@@ -12,6 +12,7 @@ from ..algebra.scalar import Scalar, Scalars
 from ..algebra.transform import IDENTITY, RigidTransform, compose
 from ..algebra.vector import (
     ZERO3,
+    Rotation,
     Vector,
     add,
     cross,
@@ -139,9 +140,7 @@ class TreeDynamics:
             if body.parent >= 0:
                 omega, alpha, accel = motions[body.parent]
             # acceleration of the parent at this body's origin, in the parent's axes
-            tangential = cross(alpha, r)
-            centripetal = cross(omega, cross(omega, r))
-            accel = add(accel, add(tangential, centripetal))
+            accel = add(accel, matvec(acceleration_map(omega, alpha), r))
             to_child = transpose(rotation)
             omega = matvec(to_child, omega)
             alpha = matvec(to_child, alpha)
@@ -221,13 +220,37 @@ def _compensated_weight(body: Body, gravity: Vector) -> Wrench:
 
 
 def _newton_euler(body: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:
-    """The wrench that a body needs for its motion, about the link origin and in link axes."""
+    """The wrench that a body needs for its motion, about the link origin and in link axes.
+
+    A point p accelerates by a + U p. With the second moments E, the moment of all points is
+    h x a plus the integral of p x U p, which the products U E hold.
+    """
     h = body.first_moment
-    force = scale(body.mass, accel)
-    tangential = cross(alpha, h)
-    centripetal = cross(omega, cross(omega, h))
-    force = add(force, add(tangential, centripetal))
-    moment = matvec(body.inertia, alpha)
-    gyroscopic = cross(omega, matvec(body.inertia, omega))
-    moment = add(moment, gyroscopic)
+    u = acceleration_map(omega, alpha)
+    force = add(scale(body.mass, accel), matvec(u, h))
+    x, y, z = body.about_origin  # columns too: E is symmetric
+    u_x, u_y, u_z = u
+    moment = (
+        dot(u_z, y) - dot(u_y, z),
+        dot(u_x, z) - dot(u_z, x),
+        dot(u_y, x) - dot(u_x, y),
+    )
     return force, add(moment, cross(h, accel))
+
+
+def acceleration_map(omega: Vector, alpha: Vector) -> Rotation:
+    """U (3, 3) of a rigid body: U r is the acceleration of a point beyond that of another one.
+
+    Args:
+        omega: angular velocity (3,) [rad/s].
+        alpha: angular acceleration (3,) [rad/s^2], in the same axes.
+    """
+    x, y, z = omega
+    ax, ay, az = alpha
+    xx, yy, zz = x * x, y * y, z * z
+    xy, xz, yz = x * y, x * z, y * z
+    return (
+        (-(yy + zz), xy - az, xz + ay),
+        (xy + az, -(xx + zz), yz - ax),
+        (xz - ay, yz + ax, -(xx + yy)),
+    )

@@ -37,6 +37,7 @@ class Body:
             None.
         compensated_mass: [kg] whose weight is not felt.
         compensated_moment: first moment of that mass [kg m], as `first_moment`.
+        second_moments: as `about_origin`, where they are not those of `inertia` to the last bit.
     """
 
     name: str
@@ -54,6 +55,16 @@ class Body:
     chart: int | None = None
     compensated_mass: float = 0.0
     compensated_moment: Vector = ZERO3
+    second_moments: Rotation | None = None
+
+    @property
+    def about_origin(self) -> Rotation:
+        """Second moments: the integral of p p^T over the mass about the link origin [kg m^2]."""
+        if self.second_moments is not None:
+            return self.second_moments
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.inertia
+        half = 0.5 * (xx + yy + zz)
+        return ((half - xx, -xy, -xz), (-xy, half - yy, -yz), (-xz, -yz, half - zz))
 
     @property
     def is_compensated(self) -> bool:

@@ -12,7 +12,7 @@ from ..kernels.differentiate import jacobian, substitute
 from ..kernels.graph import Graph, Operand, Symbol
 from ..kernels.trace import Results
 from .dynamics import Dynamics
-from .forward import solve_motion
+from .forward import is_regrouped, solve_motion
 from .model import AT_ACCELERATION, AT_EFFORT, Inputs, Model, Program, with_loads
 
 Matrix = list[list[Scalar]]
@@ -22,7 +22,7 @@ def inverse_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau and d tau / d(u, u', u''), on symbols only. The last one is M-bar."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, pattern)
+        dynamics = Dynamics(model, x, pattern, minimal=True)
         tau = dynamics.inverse(list(x.ddu))
         d_u, d_du = _halves(jacobian(tau, [*x.u, *x.du]))
         outputs = {"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": dynamics.mass_matrix()}
@@ -39,7 +39,7 @@ def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
     """
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, pattern)
+        dynamics = Dynamics(model, x, pattern, minimal=is_regrouped(model))
         ddu, mass, checks = solve_motion(model, dynamics, list(x.tau))
         held = _constants(x.u, dynamics.n)
         slopes = jacobian(dynamics.inverse(held), [*x.u, *x.du])

@@ -34,11 +34,23 @@ class Dynamics:
         n: number of active coordinates.
     """
 
-    def __init__(self, model: Model, x: Inputs, pattern: LoadPattern = NOTHING) -> None:
+    def __init__(
+        self, model: Model, x: Inputs, pattern: LoadPattern = NOTHING, *, minimal: bool = False
+    ) -> None:
+        """Close the mechanism and load its tree.
+
+        Args:
+            model: the robot.
+            x: inputs of the program.
+            pattern: of the loads.
+            minimal: whether only forces along the active coordinates are asked for: inertial
+                parameters are then regrouped.
+        """
         self.motion, self.checks, self.distances = closed_motion(model, x)
         self.ds = self.motion.rates(x.du)
         self.gravity = tuple(x.gravity)
-        self.loaded = LoadedTree(model.tree, pattern, x, self.motion.configuration)
+        tree = model.regrouped if minimal else model.tree
+        self.loaded = LoadedTree(tree, pattern, x, self.motion.configuration)
         self.tree = self.loaded.tree
         self.n = len(x.u)
 
@@ -78,7 +90,7 @@ def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau = R^T (M s'' + C s' + g + loads); tau_q: Chu (2020), below Eq. 17."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, pattern)
+        dynamics = Dynamics(model, x, pattern, minimal=True)
         tau = dynamics.inverse(list(x.ddu))
         return Results({"tau": tau}, dynamics.checks)
 
@@ -89,7 +101,7 @@ def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau and the outputs of a closed state, for samples of a motion."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, pattern)
+        dynamics = Dynamics(model, x, pattern, minimal=True)
         closed = closed_outputs(dynamics.motion, dynamics.n, dynamics.ds, dynamics.distances)
         tau = dynamics.inverse(list(x.ddu))
         return Results({"tau": tau, **closed}, dynamics.checks)
@@ -104,7 +116,7 @@ def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
     """
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, pattern)
+        dynamics = Dynamics(model, x, pattern, minimal=True)
         tree = dynamics.tree
         ds = dynamics.ds
         still: list[Scalar] = [0.0] * dynamics.motion.size

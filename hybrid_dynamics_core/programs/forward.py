@@ -34,11 +34,20 @@ def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     """Program for u'' from tau: M-bar u'' = tau - (C-bar u' + G-bar + loads)."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, pattern)
+        dynamics = Dynamics(model, x, pattern, minimal=is_regrouped(model))
         ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
         return Results({"ddu": ddu}, dynamics.checks + checks)
 
     return with_loads(AT_EFFORT, run, pattern)
+
+
+def is_regrouped(model: Model) -> bool:
+    """Whether forward dynamics takes regrouped parameters.
+
+    Of an idle coordinate that moves no mass, sums of moved numbers would leave rounding in place of
+    a zero.
+    """
+    return not model.idle
 
 
 def solve_motion(

@@ -7,7 +7,10 @@ from dataclasses import dataclass, field
 
 from ..algebra.scalar import Scalars
 from ..closure.plan import ClosurePlan
+from ..description.model import Closure
 from ..dynamics.load_pattern import FRICTION, SPRINGS, LoadPattern, LoadValues
+from ..dynamics.regrouped import regrouped
+from ..ground.lazy import lazy
 from ..kernels.run import Kernel
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
@@ -24,11 +27,18 @@ class Model:
         tree: the spanning tree.
         plan: how its loops close.
         idle: indices of the active coordinates that nobody drives.
+        closures: what closes the loops.
     """
 
     tree: Tree
     plan: ClosurePlan
     idle: tuple[int, ...] = ()
+    closures: tuple[Closure, ...] = ()
+
+    @lazy
+    def regrouped(self) -> Tree:
+        """The tree with few inertial parameters, for forces along the given coordinates alone."""
+        return regrouped(self.tree, self.plan, self.closures)
 
     def size(self, name: str) -> int:
         """Length of an input vector."""

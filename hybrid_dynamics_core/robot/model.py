@@ -255,7 +255,7 @@ class RobotModel:
     def program_model(self) -> Model:
         """The model of programs: tree, and plan from the active coordinates."""
         idle = tuple(self.active.index(name) for name in self.idle)
-        return Model(self.tree, self.plan, idle)
+        return Model(self.tree, self.plan, idle, tuple(self.description.closures))
 
     def program_model_from(
         self, given: tuple[str, ...], near: Array | None = None, charts: Array | None = None

@@ -20,6 +20,9 @@ from ...mechanism.configuration import Configuration
 from .equations import Linearised, LoopEquations, Row
 
 
+ORIGIN: Vector = (0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class PlanarJoint:
     """A joint of a planar loop.
@@ -50,31 +53,6 @@ class PlanarGeometry:
     def joints(self) -> tuple[PlanarJoint, ...]:
         """All joints of the loop, chain a first."""
         return self.chain_a + self.chain_b
-
-
-@dataclass
-class PlanarMotion:
-    """A plane displacement x -> turn(c, s, x) + t."""
-
-    c: Scalar = 1.0
-    s: Scalar = 0.0
-    t: Vector = (0.0, 0.0)
-
-    def move(self, x: Vector) -> Vector:
-        """The present place of a point x of the zero configuration."""
-        return add(turn(self.c, self.s, x), self.t)
-
-    def then(self, joint: PlanarJoint, configuration: Configuration) -> PlanarMotion:
-        """The displacement of the links after a joint."""
-        k = joint.coordinate
-        if not joint.revolute:
-            slide = scale(joint.sign * configuration.q[k], joint.place)
-            moved = turn(self.c, self.s, slide)
-            return PlanarMotion(self.c, self.s, add(self.t, moved))
-        sine = joint.sign * configuration.s[k]
-        c, s = turn(configuration.c[k], sine, (self.c, self.s))
-        pivot = self.move(joint.place)
-        return PlanarMotion(c, s, sub(pivot, turn(c, s, joint.place)))
 
 
 @dataclass
@@ -140,15 +118,24 @@ def planar_chain(
     joints: Sequence[PlanarJoint], point: Vector, configuration: Configuration
 ) -> PlanarChainState:
     """A chain with its end point (2,) [m] at zero, at a configuration."""
-    motion = PlanarMotion()
+    c: Scalar = 1.0
+    s: Scalar = 0.0
+    # the last pivot, and what lies between it and the next place: places at zero, and slides
+    pivot, at_zero, slid = ORIGIN, ORIGIN, ORIGIN
     places: list[Vector] = []
     for joint in joints:
-        if joint.revolute:
-            places.append(motion.move(joint.place))
-        else:
-            places.append(turn(motion.c, motion.s, joint.place))
-        motion = motion.then(joint, configuration)
-    return PlanarChainState(joints, places, motion.move(point))
+        k = joint.coordinate
+        if not joint.revolute:
+            places.append(turn(c, s, joint.place))
+            slid = add(slid, scale(joint.sign * configuration.q[k], joint.place))
+            continue
+        way = add(sub(joint.place, at_zero), slid)
+        pivot = add(pivot, turn(c, s, way))
+        places.append(pivot)
+        at_zero, slid = joint.place, ORIGIN
+        c, s = turn(configuration.c[k], joint.sign * configuration.s[k], (c, s))
+    way = add(sub(point, at_zero), slid)
+    return PlanarChainState(joints, places, add(pivot, turn(c, s, way)))
 
 
 class PlanarPin(LoopEquations):

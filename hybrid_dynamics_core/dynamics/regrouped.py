@@ -1,0 +1,285 @@
+"""Inertial parameters moved between links, without a change of the forces along active joints.
+
+A mass on the axis of a joint belongs to either of its links. So do its first and second moment
+along the axis: three numbers that may move. What a slide carries has the orientation of its guide:
+all six second moments may move. A loop's pin is a joint too, and links that stay parallel pass
+their second moments on. What is moved to the base is gone.
+
+The numbers that remain are as few as the mechanism allows, and most of them are zero: kernels then
+multiply by less. They are no properties of bodies (a mass may be zero or negative). Energy,
+reactions and the regressor take the described ones.
+
+Mass m, first moment h and second moments E = integral of p p^T about the link origin are linear in
+the mass distribution. They go to another frame x -> R x + t as
+
+    m,  R h + m t,  R E R^T + R h t^T + t (R h)^T + m t t^T.
+
+Khalil and Dombre (2002), Modeling, Identification and Control of Robots, Chapter 9, have the rules
+for trees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..closure.closed_motion import ClosedMotion
+from ..closure.constraints.plane import plane_basis
+from ..closure.numeric_closure import fixed_perturbation
+from ..closure.plan import ClosurePlan
+from ..description.model import Closure
+from ..ground.arrays import Array
+from ..mechanism.joint_transform import joint_transforms, poses_in_base
+from ..mechanism.tree import Body, Tree, floats, rows
+from .spanning import TreeDynamics
+
+BASE = -1
+# entries of a distribution: m, hx, hy, hz, Exx, Exy, Exz, Eyy, Eyz, Ezz
+SIZE = 10
+_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+# a smaller pivot, as a share of the largest entry, would make large numbers that cancel
+WELL = 0.1
+DUST = 1e-15  # share of the largest parameter that is rounding
+DEPENDENT = 1e-9  # a move that others make up leaves no more than rounding
+PARALLEL = 1e-12  # difference of angular velocities, per rad/s, that is rounding
+MOVE = 0.1  # [rad or m] away from the reference, where links may be parallel by chance
+
+# rotation and translation to the frame of another link
+Pose = tuple[Array, Array]
+
+
+def regrouped(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> Tree:
+    """The tree with fewer inertial parameters and the same forces along the given coordinates.
+
+    Args:
+        tree: the spanning tree.
+        plan: how its loops close.
+        closures: what closes them.
+    """
+    moves = _Moves(tree, plan).all(closures)
+    values = np.concatenate([_distribution(body) for body in tree.bodies])
+    scale = _scales(tree)
+    values = _without_dust(_with_most_zeros(values / scale, moves / scale), values / scale) * scale
+    parts = zip(tree.bodies, np.split(values, len(tree.bodies)), strict=True)
+    return replace(tree, bodies=tuple(_with(body, part) for body, part in parts))
+
+
+class _Moves:
+    """What may move between links: rows of changes of all parameters (., 10 * bodies)."""
+
+    def __init__(self, tree: Tree, plan: ClosurePlan) -> None:
+        self._tree = tree
+        self._plan = plan
+        transforms = joint_transforms(tree, plan.reference)
+        self._poses = [_arrays(pose) for pose in poses_in_base(tree, transforms)]
+        self._rows: list[Array] = []
+
+    def all(self, closures: Sequence[Closure]) -> Array:
+        """Moves through joints, pins, and between parallel links."""
+        for k, body in enumerate(self._tree.bodies):
+            self._through_joint(k, body)
+        for closure in closures:
+            self._through_pin(closure)
+        for a, b in self._parallel():
+            self._add(a, b, self._between(a, b), _second_moments())
+        return np.array(self._rows).reshape(-1, SIZE * len(self._tree.bodies))
+
+    def _through_joint(self, k: int, body: Body) -> None:
+        pose: Pose = np.array(body.rotation), np.array(body.translation)
+        if body.chart is not None:
+            self._add(k, body.parent, pose, [_point(np.zeros(3))])
+        elif body.is_revolute:
+            self._add(k, body.parent, pose, _line(np.zeros(3), np.array(body.axis)))
+        else:
+            self._add(k, body.parent, pose, _second_moments())
+
+    def _through_pin(self, closure: Closure) -> None:
+        a = self._tree.body_index(closure.link_a)
+        b = self._tree.body_index(closure.link_b)
+        pose = self._between(a, b)
+        if closure.kind == "frame":
+            self._add(a, b, pose, list(np.eye(SIZE)))
+        elif closure.kind == "axis":
+            self._add(a, b, pose, _line(closure.point_a, closure.rotation_a[:, 2]))
+        elif closure.kind == "point":
+            self._add(a, b, pose, [_point(closure.point_a)])
+        else:
+            self._add(a, b, pose, _line(closure.point_a, self._normal(a, b)))
+
+    def _normal(self, a: int, b: int) -> Array:
+        """The normal of a planar loop (3,), in the axes of link a."""
+        path_a, path_b, ancestor = self._tree.branches(a, b)
+        basis = plane_basis(self._tree, path_a + path_b, ancestor)
+        rotation, _ = self._tree.zero_pose(a, ancestor)
+        normal: Array = (basis @ rotation)[2]
+        return normal
+
+    def _parallel(self) -> Iterator[tuple[int, int]]:
+        """Pairs of links, the base too, that turn alike in every motion."""
+        turning = self._angular_velocities()
+        groups: list[int] = []
+        for k, velocity in enumerate(turning):
+            for leader in groups:
+                if np.abs(velocity - turning[leader]).max() < PARALLEL:
+                    yield k - 1, leader - 1
+                    break
+            else:
+                groups.append(k)
+
+    def _angular_velocities(self) -> Array:
+        """Angular velocities (1 + bodies, 3, .) per unit of the given rates, at two places.
+
+        The base comes first.
+        """
+        tree, plan = self._tree, self._plan
+        reference = np.array(plan.reference.q, dtype=float)
+        given = list(plan.given)
+        turning: list[list[Array]] = [[] for _ in range(1 + len(tree.bodies))]
+        for size in (0.0, MOVE):
+            u = reference[given] + size * fixed_perturbation(len(given))
+            motion = ClosedMotion(tree, plan, u.tolist(), plan.signs, reference.tolist())
+            velocity_map = np.array(motion.velocity_map(), dtype=float)
+            chain = TreeDynamics(tree, motion.configuration)
+            turning[0].append(np.zeros((3, len(given))))
+            for k in range(len(tree.bodies)):
+                velocity = np.zeros((3, len(given)))
+                for coordinate, (_, angular) in chain.jacobian(k, (0.0, 0.0, 0.0)).items():
+                    velocity += np.outer(angular, velocity_map[coordinate])
+                turning[1 + k].append(velocity)
+        return np.array([np.hstack(parts) for parts in turning])
+
+    def _between(self, a: int, b: int) -> Pose:
+        """From the frame of link a to that of link b, at the reference."""
+        rotation_a, origin_a = self._pose(a)
+        rotation_b, origin_b = self._pose(b)
+        return rotation_b.T @ rotation_a, rotation_b.T @ (origin_a - origin_b)
+
+    def _pose(self, body: int) -> Pose:
+        if body == BASE:
+            return np.eye(3), np.zeros(3)
+        return self._poses[body]
+
+    def _add(self, a: int, b: int, pose: Pose, distributions: Sequence[Array]) -> None:
+        """Distributions on link a may as well be on link b."""
+        for distribution in distributions:
+            row = np.zeros((len(self._tree.bodies), SIZE))
+            if a != BASE:
+                row[a] -= distribution
+            if b != BASE:
+                row[b] += _transferred(distribution, pose)
+            self._rows.append(row.reshape(-1))
+
+
+def _with_most_zeros(values: Array, moves: Array) -> Array:
+    """The values plus a sum of moves, with as many zeros as there are independent moves."""
+    values = values.copy()
+    moves = moves / np.abs(moves).max(axis=1, keepdims=True)
+    for entry in _order(len(values)):
+        largest = np.abs(moves).max(axis=1, initial=0.0)
+        moves = moves[largest > DEPENDENT]
+        if not len(moves):
+            break
+        shares = np.abs(moves[:, entry]) / np.abs(moves).max(axis=1)
+        best = int(np.argmax(shares))
+        if shares[best] < WELL:
+            continue
+        move = moves[best] / moves[best, entry]
+        values -= values[entry] * move
+        values[entry] = 0.0
+        moves = np.delete(moves, best, axis=0)
+        moves -= np.outer(moves[:, entry], move)
+        moves[:, entry] = 0.0
+    return values
+
+
+def _without_dust(values: Array, described: Array) -> Array:
+    """The values, with zeros for the rounding that is left of numbers that cancel."""
+    dust = DUST * np.abs(described).max(initial=0.0)
+    return np.where(np.abs(values) < dust, 0.0, values)
+
+
+def _order(size: int) -> list[int]:
+    """Entries in the order in which they become zero: from the tips to the base, masses first."""
+    entries: list[int] = []
+    for first in range(size - SIZE, -1, -SIZE):
+        entries += range(first, first + SIZE)
+    return entries
+
+
+def _scales(tree: Tree) -> Array:
+    """What makes the parameters masses: powers of the size of the robot."""
+    length = 1.0
+    lengths = [float(np.linalg.norm(body.translation)) for body in tree.bodies if body.parent >= 0]
+    if any(lengths):
+        length = max(lengths)
+    one = np.array([1.0] + [length] * 3 + [length**2] * 6)
+    return np.tile(one, len(tree.bodies))
+
+
+def _distribution(body: Body) -> Array:
+    """Mass, first moment and second moments of a body (10,)."""
+    inertia = np.array(body.inertia)
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    return _packed(body.mass, np.array(body.first_moment), second)
+
+
+def _with(body: Body, distribution: Array) -> Body:
+    """The body with another distribution."""
+    mass, first, second = _unpacked(distribution)
+    inertia: Array = np.trace(second) * np.eye(3) - second
+    return replace(
+        body,
+        mass=float(mass),
+        first_moment=floats(first),
+        inertia=rows(inertia),
+        second_moments=rows(second),
+    )
+
+
+def _packed(mass: float, first: Array, second: Array) -> Array:
+    return np.array([mass, *first, *(second[i, j] for i, j in _PAIRS)])
+
+
+def _unpacked(distribution: Array) -> tuple[float, Array, Array]:
+    second = np.zeros((3, 3))
+    for (i, j), value in zip(_PAIRS, distribution[4:], strict=True):
+        second[i, j] = second[j, i] = value
+    return float(distribution[0]), distribution[1:4], second
+
+
+def _transferred(distribution: Array, pose: Pose) -> Array:
+    """A distribution in another frame."""
+    rotation, translation = pose
+    mass, first, second = _unpacked(distribution)
+    turned = rotation @ first
+    mixed = np.outer(turned, translation)
+    second = rotation @ second @ rotation.T + mixed + mixed.T
+    second += mass * np.outer(translation, translation)
+    return _packed(mass, turned + mass * translation, second)
+
+
+def _point(place: Array) -> Array:
+    """A unit mass at a place."""
+    return _packed(1.0, place, np.outer(place, place))
+
+
+def _line(place: Array, axis: Array) -> list[Array]:
+    """A unit mass at a place, a unit first moment and a unit second moment along an axis."""
+    mixed = np.outer(place, axis)
+    return [
+        _point(place),
+        _packed(0.0, axis, mixed + mixed.T),
+        _packed(0.0, np.zeros(3), np.outer(axis, axis)),
+    ]
+
+
+def _second_moments() -> list[Array]:
+    """The six unit second moments."""
+    return list(np.eye(SIZE)[4:])
+
+
+def _arrays(pose: tuple[object, object]) -> Pose:
+    rotation, origin = pose
+    return np.array(rotation, dtype=float), np.array(origin, dtype=float)

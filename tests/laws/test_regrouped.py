@@ -1,0 +1,113 @@
+"""Inertial parameters moved between links: fewer numbers, the same forces along active joints.
+
+The oracle is the plain text on the described parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core.dynamics.load_pattern import LoadPattern
+from hybrid_dynamics_core.dynamics.loads import Loads
+from hybrid_dynamics_core.kernels.run import Kernel
+from hybrid_dynamics_core.kernels.trace import Results
+from hybrid_dynamics_core.programs import inverse_dynamics
+from hybrid_dynamics_core.programs.dynamics import Dynamics
+from hybrid_dynamics_core.programs.model import AT_ACCELERATION, Inputs, Model, with_loads
+from tests.generated.case import Case
+from tests.generated.robots import STATES, examples, robots
+from tests.laws.test_loads import heavy_loads
+from tests.robots import ROBOTS, random_states, random_vector, robot
+from tests.sampling import swept
+from tests.spinning import far_away, reframed
+
+GRAVITY = np.array([1.0, 2.0, -9.8])  # along no axis of any robot
+# of the largest effort or inertia: parts of a sum may be far larger than the sum
+ROUNDING = 1e-11
+
+
+def kernel(machine: Robot, pattern: LoadPattern, *, minimal: bool) -> tuple[Kernel, Sequence[str]]:
+    """Efforts and M-bar from regrouped or described parameters, without a compiler."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        dynamics = Dynamics(model, x, pattern, minimal=minimal)
+        tau = dynamics.inverse(list(x.ddu))
+        return Results({"tau": tau, "M": dynamics.mass_matrix()}, dynamics.checks)
+
+    program = with_loads(AT_ACCELERATION, run, pattern)
+    model = machine._model.program_model
+
+    def traced(*vectors: Sequence[float]) -> Results:
+        return run(model, Inputs(**dict(zip(program.inputs, vectors, strict=True))))
+
+    sizes = [program.size(model, name) for name in program.inputs]
+    return Kernel(traced, sizes, backend="python"), program.inputs
+
+
+def require_equal(machine: Robot, states: Sequence[ClosedState], loads: Loads) -> None:
+    pattern, values = machine._dynamics.pack(loads)
+    plain, names = kernel(machine, pattern, minimal=False)
+    regrouped, _ = kernel(machine, pattern, minimal=True)
+    for k, state in enumerate(states):
+        inputs = {"u": state.u, "du": state.du, "ddu": random_vector(machine, k)}
+        inputs |= {"branch": state.signs, "guess": state.s, "gravity": GRAVITY, **values}
+        arguments = [np.array(inputs[name], dtype=float) for name in names]
+        expected, _ = plain(*arguments)
+        actual, _ = regrouped(*arguments)
+        for name in ("tau", "M"):
+            size = np.abs(expected[name]).max(initial=1e-3)
+            np.testing.assert_allclose(actual[name], expected[name], atol=ROUNDING * size, rtol=0.0)
+
+
+@pytest.mark.parametrize("name", swept(ROBOTS))
+def test_shipped_robots_and_mechanisms(name: str) -> None:
+    machine = robot(name)
+    for loads in (machine.loads, heavy_loads(machine)):
+        require_equal(machine, random_states(name, 3), loads)
+
+
+@examples(25)
+@given(robots(), STATES)
+def test_random_robots_in_random_frames(case: Case, seed: int) -> None:
+    state = case.robot.close(case.somewhere(seed)[: case.n], case.rates(seed))
+    require_equal(case.robot, [state], case.robot.loads)
+    machine = Robot(reframed(case.description, seed))
+    require_equal(machine, [machine.close(state.u, state.du)], machine.loads)
+
+
+def test_a_base_far_away() -> None:
+    """Masses that go to the base leave nothing of its place."""
+    machine = Robot(far_away(robot("excavator").description, 3, 5e5))
+    state = machine.close(machine.reference, np.full(len(machine.active), 0.3))
+    size = max(
+        np.abs(body.about_origin).max() for body in machine._model.program_model.regrouped.bodies
+    )
+    assert size < 1e5  # [kg m^2]
+    require_equal(robot("excavator"), random_states("excavator", 2), machine.loads)
+    near = robot("excavator")
+    efforts = near.inverse_dynamics(near.close(state.u, state.du), np.ones(state.n))
+    np.testing.assert_allclose(
+        machine.inverse_dynamics(state, np.ones(state.n)), efforts, rtol=1e-5
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "operations"),
+    [("forging_chu2020", 19, 700), ("palletizer", 17, 360)],
+)
+def test_few_numbers_are_left(name: str, parameters: int, operations: int) -> None:
+    """Whole bars vanish between their pins."""
+    model = robot(name)._model.program_model
+    numbers = 0
+    for body in model.regrouped.bodies:
+        second = np.array(body.about_origin)[np.triu_indices(3)]
+        numbers += np.count_nonzero([body.mass, *body.first_moment, *second])
+    trace = inverse_dynamics().kernel(model, "inverse dynamics").trace
+    arithmetic = [trace.graph.nodes[i][0] for i in trace.live]
+    count = sum(arithmetic.count(kind) for kind in ("add", "sub", "mul", "div", "neg"))
+    assert (numbers <= parameters, count <= operations) == (True, True), (numbers, count)
