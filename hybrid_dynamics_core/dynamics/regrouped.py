@@ -220,7 +220,7 @@ def _scales(tree: Tree) -> Array:
 
 def _distribution(body: Body) -> Array:
     """Mass, first moment and second moments of a body (10,)."""
-    inertia = np.array(body.inertia)
+    inertia: Array = np.array(body.inertia)
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
     return _packed(body.mass, np.array(body.first_moment), second)
 

@@ -61,6 +61,7 @@ OPTIONAL = {  # extras: imported where they are used, with a message that says w
     "mujoco",
     "pyarrow",
     "rosbags",
+    "trimesh",
     "viser",
     "xacro",
     "zstandard",

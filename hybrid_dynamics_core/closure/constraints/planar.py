@@ -19,7 +19,6 @@ from ...algebra.vector import Vector, add, perp, scale, sub, turn
 from ...mechanism.configuration import Configuration
 from .equations import Linearised, LoopEquations, Row
 
-
 ORIGIN: Vector = (0.0, 0.0)
 
 
