@@ -125,7 +125,7 @@ class _Column:
 
 
 def line_width() -> int:
-    """Letters of a line: those of the terminal that is written to, at least `WIDTH`."""
+    """Characters of a line: the width of the terminal, but at least `WIDTH`."""
     if not sys.stdout.isatty():
         return WIDTH
     return max(WIDTH, shutil.get_terminal_size((WIDTH, 0)).columns)

@@ -284,8 +284,8 @@ def pair(text: str, machine: Robot) -> tuple[str, tuple[float, float]]:
     """A name with two numbers, from `NAME=LOW:HIGH`.
 
     Args:
-        text: of the option.
-        machine: whose active joint is named; its type tells the unit.
+        text: text of the option.
+        machine: the robot; the type of the named active joint determines the unit.
 
     Raises:
         click.BadParameter: the text is of another form.
@@ -309,9 +309,9 @@ def named_value(text: str, option: str, machine: Robot) -> tuple[str, float]:
     """A name with a number, from `NAME=VALUE`.
 
     Args:
-        text: of the option.
-        option: its name.
-        machine: whose active joint is named; its type tells the unit.
+        text: text of the option.
+        option: name of the option.
+        machine: the robot; the type of the named active joint determines the unit.
 
     Raises:
         click.BadParameter: the text is of another form.

@@ -114,7 +114,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     everything: bool,
     as_json: bool,
 ) -> None:
-    """Identify, print, and write the base parameters where that is asked for."""
+    """Identify, print, and write the base parameters if requested."""
     place = None
     if output is not None:
         place = place_for(output, (".csv",), [bag], overwrite=overwrite)

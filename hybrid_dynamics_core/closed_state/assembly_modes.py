@@ -65,7 +65,7 @@ class AssemblyModes(tuple[AssemblyMode, ...]):  # noqa: SLOT001  a tuple takes n
 
 
 def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
-    """Index of the mode that a closed state is on; None where it is on none of them."""
+    """Index of the mode of a closed state; None if it is none of them."""
     nearest, least = None, SAME
     for k, mode in enumerate(modes):
         halves = np.sin(0.5 * (mode.state.s - state.s))
@@ -79,7 +79,7 @@ def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
 
 
 def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
-    """The mode of each loop, joined by + where a loop closes in several blocks.
+    """The mode of each loop, joined by + if a loop closes in several blocks.
 
     Args:
         plan: closure plan.

@@ -38,7 +38,7 @@ class Start(NamedTuple):
     velocity_map: Array
 
     def rows(self, rows: Rows) -> Start:
-        """The starts of some rows: this one, where it is of all."""
+        """The starts of rows: this one itself, if it is common to all."""
         if self.s.ndim == 1:
             return self
         return Start(self.s[rows], self.velocity_map[rows])
@@ -67,7 +67,8 @@ class ClosureRuns(NamedTuple):
 
     Attributes:
         at: closes from a guess.
-        step: closes from a start, in one move; the status `JUMP` says that it is not smooth.
+        step: function that closes from a start, in one move. The status `JUMP` means that the move
+            is not smooth.
         path: closes rows of which each starts from the one before.
     """
 
@@ -258,7 +259,7 @@ def _with_rows(direct: ClosureResults, rows: Rows, replacement: ClosureResults) 
 
 
 def _first_failure(codes: Codes) -> int:
-    """Index of the first code that is not good; their number where all are."""
+    """Index of the first bad code; their number if all are good."""
     failures = np.flatnonzero(codes)
     if len(failures):
         return int(failures[0])

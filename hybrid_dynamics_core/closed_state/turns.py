@@ -67,7 +67,7 @@ def _free(model: Model) -> Mask:
 
 
 def _given_free(model: Model) -> Mask:
-    """Mask of the given angles whose whole turns change nothing; none where a gear counts turns."""
+    """Mask (n,) of given angles with period 2 pi; all False if followers have gear ratios."""
     counts = any(block.counted_turns for block in model.plan.blocks)
     free = [model.tree.is_revolute(k) and not counts for k in model.plan.given]
     return np.array(free, dtype=bool)

@@ -204,7 +204,7 @@ def _is_closed(block: BlockSolver, context: Context, guess: Sequence[float]) -> 
 def _named_signs(
     robot: RobotDescription, block: BlockSolver, context: Context
 ) -> list[float] | None:
-    """The sign of the mode that the file names; None where it names none."""
+    """The sign of the mode named in the file; None if there is none."""
     if not context.named or len(block.loops) != 1:
         return None
     (loop,) = block.loops

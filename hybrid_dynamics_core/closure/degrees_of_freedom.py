@@ -141,7 +141,7 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] 
 
 
 def _untied_links(robot: RobotDescription) -> str:
-    """Text on links at the end of a chain without a closure, where one may be missing."""
+    """Text on links at the end of a chain, where a closure may be missing."""
     tied = {joint.parent for joint in robot.joints.values()}
     tied |= {frame.link for frame in robot.frames.values()}
     for closure in robot.closures:

@@ -1,7 +1,7 @@
-"""Distances that no motion of a mechanism changes: between joints and pins on one link.
+"""Constant distances of a mechanism, between joints and pins on the same link.
 
-Links that only slide on each other count as one. Of the distance of two places on them that part
-is left which the slides do not change.
+Links that only slide on each other count as one. Between two places on them, the component of the
+distance normal to the slides is constant.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from ..description.model import Closure, RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.tree import Body, Tree
 
-# sine of the angle between axes below which they count as parallel: numbers of files are rounded
+# sine of the angle between axes that count as parallel, since numbers in files are rounded
 PARALLEL = 1e-6
-_POINT = np.zeros(3)  # the direction of a place that is no axis
+_POINT = np.zeros(3)  # direction of a place that is a point
 _ORIGIN = np.zeros(3)
 
 
 class Place(NamedTuple):
-    """An axis of a revolute joint, or a pin, on a link.
+    """Axis of a revolute joint, or a pin, on a link.
 
     Attributes:
         link: index of the link's body, -1 for the base.
-        point: a point of it, in the frame of the link (3,) [m].
-        direction: of the axis (3,); zero for a point.
+        point: a point of the axis, or the pin, in the frame of the link (3,) [m].
+        direction: unit vector along the axis (3,); zero for a pin.
     """
 
     link: int
@@ -41,12 +41,12 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class _Standing:
-    """Where a link stands among those that only slide on it.
+    """Pose of a link within a group of links that only slide on each other.
 
     Attributes:
-        group: which links these are.
-        pose: of the link in the frame of the group, all slides at zero (4, 4).
-        slides: direction (3,) of each slide between them, by coordinate.
+        group: index of the group.
+        pose: pose (4, 4) of the link in the frame of the group, with all slides at zero.
+        slides: by coordinate: direction (3,) of a slide between frame and link.
     """
 
     group: int
@@ -60,7 +60,7 @@ class _Standing:
 
 
 class FixedDistances:
-    """The joints and pins of every loop, and the largest fixed distance between some of them."""
+    """Joints and pins of all loops, and the largest constant distance between them."""
 
     def __init__(self, tree: Tree, robot: RobotDescription) -> None:
         self._tree = tree
@@ -71,10 +71,10 @@ class FixedDistances:
         self._closures = {closure.name: closure for closure in robot.closures}
 
     def largest(self, names: Iterable[str] | None = None) -> float:
-        """The largest fixed distance [m] between joints and pins of some closures; 0 if none.
+        """The largest constant distance [m] between joints and pins of closures, or 0.
 
         Args:
-            names: of the closures, None for all of them.
+            names: names of the closures; None for all.
         """
         if names is None:
             names = self._closures
@@ -86,7 +86,7 @@ class FixedDistances:
         return max((self._between(a, b) for a, b in pairs), default=0.0)
 
     def _places(self, closure: Closure) -> Iterator[tuple[tuple[object, int], Place]]:
-        """Joints and pin of a loop on either link that they join, by joint or pin and link."""
+        """Joints and pin of a loop on both of their links, by (joint or pin, link)."""
         a = self._tree.body_index(closure.link_a)
         b = self._tree.body_index(closure.link_b)
         path_a, path_b, ancestor = self._tree.branches(a, b)
@@ -117,7 +117,7 @@ class FixedDistances:
         return np.array(body.axis)
 
     def _common_axis(self, path: list[int], ancestor: int) -> Array:
-        """The direction of all revolute joints of a loop, in an ancestor; zero without one."""
+        """Common direction (3,) of a loop's revolute joints, in an ancestor; zero without one."""
         axes: list[Array] = []
         for k in path:
             body = self._tree.bodies[k]
@@ -129,7 +129,7 @@ class FixedDistances:
         return axes[0]
 
     def _between(self, a: Place, b: Place) -> float:
-        """The fixed distance of two places [m]; 0 where joints turn them against each other."""
+        """The constant distance of two places [m]; 0 if they turn relative to each other."""
         one = self._standings[a.link]
         other = self._standings[b.link]
         if one.group != other.group:
@@ -145,14 +145,14 @@ class FixedDistances:
 
 
 def _length_across(vector: Array, directions: list[Array]) -> float:
-    """Length of a vector without its parts along some directions, unit vectors or zero."""
+    """Length of a vector's component normal to directions, which are unit vectors or zero."""
     _, sizes, basis = np.linalg.svd(np.array(directions), full_matrices=False)
     spanned = basis[sizes > PARALLEL]
     return norm(vector - spanned.T @ (spanned @ vector))
 
 
 def _turns_of(tree: Tree, robot: RobotDescription, kind: str) -> frozenset[int]:
-    """The turning coordinates of all ball or of all free joints."""
+    """The angular coordinates of all ball joints, or of all free joints."""
     coordinates: set[int] = set()
     for joint, turns in zip(robot.freely_turning, tree.turns, strict=True):
         if joint.type == kind:
@@ -169,7 +169,7 @@ def _pose(rotation: ArrayLike, origin: ArrayLike) -> Array:
 
 
 def _standings(tree: Tree, robot: RobotDescription) -> dict[int, _Standing]:
-    """Where each link stands among those that only slide on it, or that are welded to it."""
+    """By link: its pose in its group of links that slide on each other or are welded."""
     standings = {-1: _Standing(-1, np.eye(4))}
     for index, body in enumerate(tree.bodies):
         standings[index] = _Standing(index, np.eye(4))
@@ -186,7 +186,7 @@ def _standings(tree: Tree, robot: RobotDescription) -> dict[int, _Standing]:
 
 
 def _on_slide(parent: _Standing, body: Body) -> _Standing:
-    """A link on a slide of its parent."""
+    """The standing of a link on a slide of its parent."""
     pose = parent.pose @ _pose(body.rotation, body.translation)
     slide = pose[:3, :3] @ np.array(body.axis)
     return _Standing(parent.group, pose, {**parent.slides, body.coordinate: slide})
@@ -195,13 +195,13 @@ def _on_slide(parent: _Standing, body: Body) -> _Standing:
 def _welded(
     standings: Mapping[int, _Standing], first: int, second: int, weld: Array
 ) -> dict[int, _Standing]:
-    """The links of the second link's group, standing in that of the first.
+    """The standings after the second link's group is merged into that of the first.
 
     Args:
-        standings: of all links.
+        standings: standings of all links.
         first: a link.
-        second: one of another group.
-        weld: pose of the second in the first (4, 4).
+        second: a link of another group.
+        weld: pose (4, 4) of the second in the first.
     """
     one, other = standings[first], standings[second]
     if one.group == other.group:

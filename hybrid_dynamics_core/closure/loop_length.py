@@ -1,4 +1,4 @@
-"""Lengths that make loop equations dimensionless: of the mechanism, and of nothing else."""
+"""Lengths of the mechanism that make loop equations dimensionless."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _common_length(
 
 
 def _longest_stroke(tree: Tree, loops: Iterable[LoopEquations]) -> float:
-    """The longest way between limits of the slides in loops [m]; 0 where none has limits."""
+    """The longest range between limits of the slides in loops [m]; 0 if none has limits."""
     held = {k for loop in loops for k in loop.coordinates}
     longest = 0.0
     for body in tree.bodies:

@@ -1,4 +1,4 @@
-"""Closing all loops from many starts at once, by Gauss-Newton on arrays: a search far and wide."""
+"""Gauss-Newton closure of all loops from many starts at once, on arrays."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .constraints.equations import LoopEquations, coefficients
 from .numeric_closure import LARGEST_STEP, RANK_TOLERANCE, ROUNDING, SUFFICIENT_DECREASE
 
 MOST_STEPS = 60  # from each start
-PATIENCE = 10  # steps in a row that do not count before a start is given up
-TINY = 1e-300  # keeps a division by a step of zero finite
+PATIENCE = 10  # consecutive steps without progress after which a start is abandoned
+TINY = 1e-300  # avoids division by zero for a step of zero
 
 
 def close_from_starts(
     tree: Tree, loops: Sequence[LoopEquations], starts: Array, unknowns: Sequence[int]
 ) -> tuple[Array, Array]:
-    """Close the loops as far as they go, as `close_numerically` does, from each start.
+    """Close the loops from each start with the least gap, as `close_numerically` does.
 
     Args:
         tree: the spanning tree.
@@ -29,8 +29,8 @@ def close_from_starts(
         unknowns: the coordinates that may change.
 
     Returns:
-        Coordinates (B, n_s) where the largest gap is least, and that gap (B,); infinite where the
-        equations had no value.
+        Coordinates (B, n_s) with the least largest gap, and that gap (B,), which is infinite if the
+        equations were undefined.
     """
     columns = list(unknowns)
     best = starts.copy()
@@ -54,7 +54,7 @@ def close_from_starts(
 
 
 def _steps(gaps: Array, jacobian: Array) -> Array:
-    """Steps (B, k) of least norm, none of a coordinate longer than allowed."""
+    """Steps (B, k) of least norm, bounded in each coordinate."""
     inverse = np.linalg.pinv(jacobian, rcond=RANK_TOLERANCE)
     steps = -(inverse @ gaps[..., None])[..., 0]
     longest = np.abs(steps).max(axis=-1, initial=0.0, keepdims=True)
@@ -65,7 +65,7 @@ def _steps(gaps: Array, jacobian: Array) -> Array:
 def _gaps_and_jacobian(
     tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]
 ) -> tuple[Array, Array]:
-    """Gaps (B, m), infinite where they have no value, and rows (B, m, unknowns) of J_s."""
+    """Gaps (B, m), infinite where undefined, and J_s (B, m, k) by the unknowns."""
     values = {k: np.ascontiguousarray(column) for k, column in enumerate(s.T)}
     configuration = given_configuration(tree, values)
     gaps: list[Array] = []

@@ -1,4 +1,4 @@
-"""Which equation determines which unknown, and in which order: a block-triangular form.
+"""Matching of equations to unknowns, and their order in block-triangular form.
 
 Only the structure is used: which coordinate can occur in which equation.
 """

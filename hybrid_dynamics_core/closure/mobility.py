@@ -152,7 +152,7 @@ def _regular(
 
 
 def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescription | None:
-    """The description with a reference where it closes and is regular, where the file names none.
+    """The description with a closed regular reference, if the file has none.
 
     Args:
         tree: the spanning tree.

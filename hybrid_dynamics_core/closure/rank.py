@@ -83,7 +83,7 @@ def rank_equations(
 def _closed_nearby(
     tree: Tree, loops: Sequence[LoopEquations], closed: Array, unknowns: Sequence[int]
 ) -> Array | None:
-    """A closed configuration near another, with the given coordinates moved; else None."""
+    """A closed configuration near another, with given coordinates moved; None if none."""
     for size in MOVES:
         start = _moved(closed, unknowns, size)
         moved, residual = close_numerically(tree, loops, start, unknowns)

@@ -1,6 +1,6 @@
-"""A closed configuration near a drawn pose: about it first, then far and wide, then nearer again.
+"""Search for a closed configuration near a drawn pose: locally, then globally, then refined.
 
-The starts are the same in every run, and bounded in number. From each all loops are closed.
+The starts are the same in every run. All loops are closed from each start.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from .constraints.equations import LoopEquations
 from .many_starts import close_from_starts
 from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
 
-# [rad or m] how far from the drawn pose the first starts are, and how many at each distance
+# (distance from the drawn pose [rad or m], number of starts) of the local search
 DISTANCES = (0.03, 0.1, 0.3, 1.0)
 STARTS = 6
-WIDE_STARTS = 120  # where none of the first starts closes
-WIDE_PARTS = 4  # of these starts; the search ends with the first in which one closes
-WIDE = np.pi  # [rad, or lengths of the longest loop] how far from the drawn pose these are
-NEAR = 0.5  # [rad or m] drives that are nearer to the drawn pose are near enough
-FAR = 2.0  # [rad or m] in all; a nearer configuration is looked for beyond it
-BEYOND = 1e3  # merit of a configuration that closes beyond limits alone
-MOST_PULLS = 40  # steps towards the drawn pose
-PULL = 0.3  # [rad or m] of the longest of them
+WIDE_STARTS = 120  # starts of the global search, if none of the local ones closes
+WIDE_PARTS = 4  # of these starts; the search ends after the first with a closed start
+WIDE = np.pi  # [rad, or lengths of the longest loop] their largest distance from the drawn pose
+NEAR = 0.5  # [rad or m] distance of the drives from the drawn pose that is accepted
+FAR = 2.0  # [rad or m] distance of all coordinates above which refinement is tried
+BEYOND = 1e3  # penalty of a configuration that closes beyond limits
+MOST_PULLS = 40  # steps of the refinement towards the drawn pose
+PULL = 0.3  # [rad or m] longest step
 SHORTEST_PULL = 0.02  # [rad or m]
-GAIN = 0.01  # [rad or m] that a step has to bring
-STILL_REGULAR = 0.3  # share of the least singular value that has to remain on the way
+GAIN = 0.01  # [rad or m] least gain of a step
+STILL_REGULAR = 0.3  # least singular value along the refinement, relative to its start
 RANK_TOLERANCE = 1e-8  # singular values below this share of the largest count as zero
 TINY = 1e-300
 
@@ -42,12 +42,12 @@ def limits_of(tree: Tree) -> Array:
 
 @dataclass(frozen=True)
 class _Place:
-    """A closed configuration, or one that is as little open as could be.
+    """A configuration that is closed, or has the least gap.
 
     Attributes:
         s: all coordinates (n_s,) [rad or m].
-        merit: how bad it is, 0 at best.
-        distance: from the drawn pose, of all coordinates that the loops hold [rad or m].
+        merit: penalty, 0 at best.
+        distance: distance of the coordinates in loops from the drawn pose [rad or m].
     """
 
     s: Array
@@ -56,23 +56,23 @@ class _Place:
 
     @property
     def order(self) -> tuple[float, float]:
-        """The least is the best: of all that are near by the drives, the nearest in all."""
+        """Sort key, least first: by the drives; if they are near enough, by all coordinates."""
         return max(self.merit, NEAR), self.distance
 
 
 class StartSearch:
-    """The search for one group of loops, which shares no coordinate with the others."""
+    """Search for one group of loops, which shares no coordinate with the others."""
 
     def __init__(
         self, tree: Tree, loops: Sequence[LoopEquations], drawn: Array, passive: Sequence[int]
     ) -> None:
-        """A search about a drawn pose.
+        """Prepare the search.
 
         Args:
             tree: the spanning tree.
             loops: the equations of the group.
             drawn: the drawn pose (n_s,) [rad or m].
-            passive: coordinates that give way first.
+            passive: coordinates that are varied first.
         """
         self.tree = tree
         self.loops = loops
@@ -83,10 +83,10 @@ class StartSearch:
         self.lower, self.upper = limits_of(tree).T
 
     def nearest(self, driven_may_move: bool) -> Array:
-        """The best configuration (n_s,) [rad or m]; the least open one where none closes.
+        """The best configuration (n_s,) [rad or m]; the one with the least gap if none closes.
 
         Args:
-            driven_may_move: whether other coordinates than passive ones give way.
+            driven_may_move: whether to vary driven coordinates too.
         """
         unknowns = self.passive
         best = self._closed(self.drawn, unknowns)
@@ -104,9 +104,9 @@ class StartSearch:
         return best.s
 
     def _movable(self, driven_may_move: bool) -> Iterator[list[int]]:
-        """Sets of coordinates that give way: passive ones, then more and more of the last driven.
+        """Sets of varied coordinates: the passive ones, then more and more of the last driven ones.
 
-        Redundant motors must give way.
+        Redundant motors are always varied.
         """
         yield self.passive
         if not driven_may_move:
@@ -122,13 +122,13 @@ class StartSearch:
         return self._places(s[None], np.array([max(gaps.values(), default=0.0)]))[0]
 
     def _places(self, s: Array, gaps: Array) -> list[_Place]:
-        """Configurations (B, n_s) with gaps (B,)."""
+        """The places of configurations (B, n_s) with gaps (B,)."""
         merits = self._merits(s, gaps)
         distances = np.linalg.norm((s - self.drawn)[:, self.held], axis=-1)
         return [_Place(*place) for place in zip(s, merits, distances, strict=True)]
 
     def _better(self, best: _Place, starts: Array, unknowns: Sequence[int]) -> _Place:
-        """The best of what these starts (B, n_s) lead to, or what was there before."""
+        """The best place from these starts (B, n_s), or the previous best."""
         ends, gaps = close_from_starts(self.tree, self.loops, starts, unknowns)
         place = min(self._places(ends, gaps), key=lambda place: place.order)
         if place.order >= best.order:
@@ -136,10 +136,10 @@ class StartSearch:
         return self._closed(place.s, unknowns)
 
     def _merits(self, s: Array, gaps: Array) -> Array:
-        """How bad configurations (B, n_s) with gaps (B,) are, 0 at best.
+        """Penalties (B,) of configurations (B, n_s) with gaps (B,), 0 at best.
 
-        How far driven coordinates are from the drawn pose where the loops close within the limits.
-        More where they close beyond limits, and more the more they are open.
+        Within the limits, the penalty is the distance of the driven coordinates from the drawn
+        pose. It is larger beyond limits, and grows with the gap of open loops.
         """
         held = self.held
         below = self.lower[held] - s[:, held]
@@ -150,7 +150,7 @@ class StartSearch:
         return np.where(gaps > CLOSED, 2.0 * BEYOND + gaps, merits)
 
     def _near_starts(self, unknowns: Sequence[int]) -> Array:
-        """Starts about the drawn pose, and one in the middle of the limits."""
+        """Starts (B, n_s) around the drawn pose, and one in the middle of the limits."""
         rng = np.random.default_rng(0)
         starts = [self.drawn]
         for size in DISTANCES:
@@ -166,7 +166,7 @@ class StartSearch:
         return np.clip(starts, self.lower, self.upper)
 
     def _wide_starts(self, unknowns: Sequence[int]) -> list[Array]:
-        """Starts all over the limits, or as far from the drawn pose as a loop reaches; in parts."""
+        """Starts (B, n_s) over the whole range of the limits or of the loops, in parts."""
         columns = list(unknowns)
         reach = np.full(len(self.drawn), WIDE)
         longest = max((loop.length for loop in self.loops if loop.has_length), default=1.0)
@@ -181,7 +181,7 @@ class StartSearch:
         return np.split(starts, WIDE_PARTS)
 
     def _pulled(self, place: _Place, unknowns: Sequence[int]) -> _Place:
-        """The same or a nearer one, on a way of closed configurations that are all regular."""
+        """The nearest place on a path of regular closed configurations towards the drawn pose."""
         size = PULL
         least = STILL_REGULAR * self._regularity(place.s)
         for _ in range(MOST_PULLS):
@@ -200,7 +200,7 @@ class StartSearch:
         return place
 
     def _step_to_drawn(self, s: Array, unknowns: Sequence[int]) -> Array:
-        """The motion (n_s,) of closed loops that brings driven coordinates nearest to the drawing.
+        """The step (n_s,) of closed loops that brings driven coordinates nearest to the drawn pose.
 
         To first order.
         """
@@ -217,7 +217,7 @@ class StartSearch:
         return step
 
     def _regularity(self, s: Array) -> float:
-        """Least singular value of J_z over the largest; 0 where passive ones are not determined."""
+        """Least over largest singular value of J_z; 0 if passive rates are not determined."""
         _, jacobian = gaps_and_jacobian(self.tree, self.loops, s, self.passive)
         if not self.passive or len(jacobian) < len(self.passive):
             return 0.0

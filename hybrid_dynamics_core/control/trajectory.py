@@ -14,7 +14,7 @@ from ..ground.check_arrays import real_array
 
 
 class Reference(NamedTuple):
-    """Where the active joints should be.
+    """Desired motion of the active joints.
 
     Attributes:
         u: (n,) or (N, n) coordinates [rad or m].

@@ -149,7 +149,7 @@ class _Builder:
         return Link(name, mass, com, inertia, *self.compensated(entry, mass, com))
 
     def compensated(self, entry: Entry, mass: float, com: Array) -> tuple[float, Array]:
-        """The mass whose weight is not felt, and its centre."""
+        """The mass with compensated weight, and its centre (3,) [m]."""
         if isinstance(entry.get("gravity_compensation"), dict):
             part = entry.sub("gravity_compensation")
             return part.number("mass"), part.vector("com")

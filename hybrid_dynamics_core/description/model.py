@@ -73,7 +73,7 @@ class Link:
 
     @property
     def gravity_compensation(self) -> float | None:
-        """The share of the weight that is not felt; None where parts have different shares."""
+        """The compensated share of the weight; None if parts have different shares."""
         if not self.compensated_mass:
             return 0.0
         apart = float(np.abs(self.compensated_com - self.com).max())
@@ -95,9 +95,9 @@ class Visual:
             capsule: radius, length without its caps; ellipsoid: three radii. Of a mesh its scale
             along x, y, z, which multiplies what the file has.
         frame: where it is, on a moving link or the base.
-        colour: None where the description gives none.
-        uri: of a mesh what the description says of its file: a path, package://, model://.
-        file: of a mesh; None where there is no file that may be read.
+        colour: colour; None if the description has none.
+        uri: file of a mesh as in the description: a path, package:// or model://.
+        file: path of a mesh file; None if no file may be read.
     """
 
     shape: VisualShape

@@ -30,7 +30,7 @@ WRENCH = 6  # force (3), moment (3)
 
 @dataclass(frozen=True)
 class LoadPattern:
-    """Which loads a program takes.
+    """Pattern of the loads of a program.
 
     Attributes:
         payloads: indices of bodies with payloads.

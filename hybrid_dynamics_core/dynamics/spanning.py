@@ -127,7 +127,7 @@ class TreeDynamics:
         return in_links
 
     def motions(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[BodyMotion]:
-        """How each body moves; gravity is subtracted from linear accelerations.
+        """Motions of all bodies, with gravity subtracted from linear accelerations.
 
         Args:
             gravity: (3,) [m/s^2], base axes.
@@ -214,7 +214,7 @@ def difference(a: Wrench, b: Wrench) -> Wrench:
 
 
 def _compensated_weight(body: Body, gravity: Vector) -> Wrench:
-    """The weight that a body has and does not feel, which `gravity` in `_newton_euler` held."""
+    """The compensated weight of a body, which `gravity` in `_newton_euler` included."""
     force = scale(body.compensated_mass, gravity)
     return force, cross(body.compensated_moment, gravity)
 

@@ -50,11 +50,11 @@ class Feature(Enum):
     """Data that only some formats can express."""
 
     GRAVITY = auto()
-    WEIGHT_SHARES = auto()  # of links, that are not felt
-    NO_WEIGHT = auto()  # of links
+    WEIGHT_SHARES = auto()  # shares of weights of links that are compensated
+    NO_WEIGHT = auto()  # links without weight
     FRICTION = auto()  # viscous and Coulomb
     SPRING = auto()  # without preload
-    MIMIC = auto()  # of one joint
+    MIMIC = auto()  # followers of one joint
     MIMIC_OF_SEVERAL = auto()
     ONE_SIDED_LIMITS = auto()
     UNLIMITED_SLIDES = auto()
@@ -125,11 +125,11 @@ def link_entry(link: Link) -> Data:
 
 
 def compensation_entry(link: Link, com: Array) -> Data:
-    """What of the weight of a link is not felt, where there is any.
+    """The entry of the compensated weight of a link; empty if there is none.
 
     Args:
         link: the link.
-        com: (3,) [m] centre of the mass without weight, in the frame of the entry.
+        com: centre (3,) of the compensated mass [m], in the frame of the entry.
     """
     if not link.compensated_mass:
         return {}
@@ -141,7 +141,7 @@ def compensation_entry(link: Link, com: Array) -> Data:
 
 
 def _link_entries(robot: RobotDescription, features: Collection[Feature]) -> Data:
-    """Links whose weight the format cannot say."""
+    """Entries of links whose weight the format cannot express."""
     entries: Data = {}
     for name, link in robot.links.items():
         share = link.gravity_compensation

@@ -1,6 +1,6 @@
-"""Files of meshes: where they are, and why some are not shown. None is opened here.
+"""Search for mesh files, without opening them.
 
-A mesh that is not shown is a note, never an obstacle: it is no part of the mechanics.
+A mesh that cannot be shown is noted. It is no error, since meshes do not affect the mechanics.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ _MAX_LISTED = 5  # meshes in a note
 
 
 def with_mesh_files(document: Document, robot: RobotDescription) -> RobotDescription:
-    """The robot with the files of its meshes, and notes on those that are not shown.
+    """The robot with paths of its mesh files, and notes on meshes that are not shown.
 
     Args:
-        document: which says where its entries stand.
-        robot: made from it.
+        document: the document, with locations of its entries.
+        robot: the robot of the document.
     """
     has_meshes = any(visual.uri for visuals in robot.visuals.values() for visual in visuals)
     if not has_meshes:
@@ -46,17 +46,17 @@ def with_mesh_files(document: Document, robot: RobotDescription) -> RobotDescrip
 
 
 class _Finder:
-    """Finds the files of meshes, and keeps why some are not shown."""
+    """Finds mesh files, and collects reasons for meshes that are not shown."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
         self.main = Path(document.file or "robot.yaml")
         self.packages = Packages(self.main, document.options.search_path)
-        self.folders: dict[str, Path | PackageError] = {}  # of packages and models
-        self.reasons: dict[str, list[str]] = {}  # meshes that are not shown, by the reason
+        self.folders: dict[str, Path | PackageError] = {}  # folders of packages and models
+        self.reasons: dict[str, list[str]] = {}  # by reason: meshes that are not shown
 
     def file(self, uri: str, path: KeyPath) -> Path | None:
-        """The file of a mesh; None where it is not shown."""
+        """The file of a mesh; None if it is not shown."""
         source, line = self.document.location(path)
         source_file = Path(source or self.main)
         try:
@@ -74,10 +74,10 @@ class _Finder:
         return None
 
     def resolved(self, uri: str, source: Path) -> Path:
-        """The place of a file, by the folder of the file that names it, or else of the main one.
+        """The path of a file, relative to the file that names it, or else to the main file.
 
         Raises:
-            PackageError: it is out of reach.
+            PackageError: the file must not be read.
         """
         scheme, separator, inside = uri.partition("://")
         if not separator:
@@ -95,10 +95,10 @@ class _Finder:
         return file
 
     def folder(self, uri: str) -> Path:
-        """The folder of a package or model, which is searched for once.
+        """The folder of a package or model, cached.
 
         Raises:
-            PackageError: there is none.
+            PackageError: the package or model was not found.
         """
         if uri not in self.folders:
             try:
@@ -111,7 +111,7 @@ class _Finder:
         return folder
 
     def notes(self) -> list[str]:
-        """A note for each reason, with all meshes that it is said of."""
+        """A note for each reason, with its meshes."""
         notes: list[str] = []
         for reason, meshes in self.reasons.items():
             listed = ", ".join(meshes[:_MAX_LISTED])
@@ -122,10 +122,10 @@ class _Finder:
 
 
 def reason_against(file: Path) -> str:
-    """Why a file is not taken as a mesh, by its name, kind and size; empty where it is.
+    """The reason against a file as a mesh, by its name, kind and size; empty if it is accepted.
 
     Raises:
-        OSError: nobody answers.
+        OSError: the file system does not respond.
     """
     try:
         status = answered_in_time(file.stat)

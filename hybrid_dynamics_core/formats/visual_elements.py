@@ -1,4 +1,4 @@
-"""What the formats share of visuals: their words, their names, and what files say of meshes."""
+"""Functions for visuals shared by the formats: vocabulary, names, and URIs of meshes."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from .xml.located_xml import LocatedElement
 from .xml.reader import XmlReader
 from .xml.vocabulary import Vocabulary
 
-ROD = f"{TAG}_rod"  # begins the names of rods that stand for links without visuals
+ROD = f"{TAG}_rod"  # prefix of names of rods, which represent links without visuals
 
-_Omitted = tuple[LocatedElement, int]  # the first element of its words, and how many there are
+_Omitted = tuple[LocatedElement, int]  # the first element, and the number of elements
 
 
 class VisualWords:
-    """Goes through the elements of visuals: what is not read is noted, and nothing refused.
+    """Checks the words in elements of visuals. Unknown ones are noted, none is refused.
 
     Args:
         xml: the file.
-        table: what each element may hold, by its tag.
+        table: by tag: vocabulary of the element.
     """
 
     def __init__(self, xml: XmlReader, table: Mapping[str, Vocabulary]) -> None:
@@ -34,7 +34,7 @@ class VisualWords:
         self.omitted: dict[str, _Omitted] = {}
 
     def check(self, element: LocatedElement) -> None:
-        """Keep the words of an element that are not read."""
+        """Collect the words of an element that are not read."""
         covered = self.table.get(element.tag)
         if covered is None:
             return
@@ -48,12 +48,12 @@ class VisualWords:
                 self.omit(child, f"<{child.tag}> of <{element.tag}>")
 
     def omit(self, element: LocatedElement, words: str) -> None:
-        """Keep words that are left out."""
+        """Collect words that are left out."""
         first, count = self.omitted.get(words, (element, 0))
         self.omitted[words] = first, count + 1
 
     def add_notes(self) -> None:
-        """Say in the notes of the document what is left out."""
+        """Add notes on the collected words to the document."""
         for words, (element, count) in self.omitted.items():
             times = f", here and {count - 1} times more" if count > 1 else ""
             self.xml.note(element, f"{words} is left out{times}")
@@ -63,17 +63,17 @@ class VisualWords:
 def shape_entry(
     xml: XmlReader, element: LocatedElement, shape: str, sizes: Sequence[float], key: KeyPath
 ) -> Data:
-    """A shape as a description has it.
+    """A shape as an entry of a description.
 
     Args:
         xml: the file.
-        element: that says it.
-        shape: which one it is.
-        sizes: of it, in order [m].
-        key: of the visual, for messages.
+        element: element of the shape.
+        shape: kind of the shape.
+        sizes: its sizes in order [m].
+        key: key of the visual, for messages.
 
     Raises:
-        DescriptionError: a size is not above zero.
+        DescriptionError: a size is not positive.
     """
     if not all(size > 0.0 for size in sizes):
         listed = ", ".join(f"{size:g}" for size in sizes)
@@ -82,7 +82,7 @@ def shape_entry(
 
 
 def sized(shape: str, sizes: Sequence[float]) -> Data:
-    """The sizes of a shape by their keys."""
+    """The sizes of a shape by key."""
     keys = SIZES[shape]
     if len(keys) == len(sizes):
         return dict(zip(keys, sizes, strict=True))
@@ -90,7 +90,7 @@ def sized(shape: str, sizes: Sequence[float]) -> Data:
 
 
 def mesh_entry(file: str, scale: Iterable[float]) -> Data:
-    """A mesh as a description has it; a scale of 1 is not said."""
+    """A mesh as an entry of a description; a scale of 1 is omitted."""
     details: Data = {"file": file}
     factors = list(scale)
     if len(set(factors)) > 1:
@@ -101,7 +101,7 @@ def mesh_entry(file: str, scale: Iterable[float]) -> Data:
 
 
 def clipped(xml: XmlReader, element: LocatedElement, colour: Sequence[float]) -> list[float]:
-    """A colour with numbers from 0 to 1; a note says where others are given."""
+    """A colour clipped to numbers from 0 to 1, with a note if it was changed."""
     inside = [min(max(number, 0.0), 1.0) for number in colour]
     if inside != list(colour):
         listed = " ".join(f"{number:g}" for number in colour)
@@ -115,13 +115,13 @@ def clipped(xml: XmlReader, element: LocatedElement, colour: Sequence[float]) ->
 def mesh_uri(
     visual: Visual, folder: Path | None, schemes: tuple[str, ...] = (), prefix: str = ""
 ) -> str:
-    """What a file says of a mesh.
+    """The URI of a mesh in a file.
 
     Args:
         visual: the mesh.
-        folder: of the file, in which and below which meshes are named by their path from there.
-        schemes: beginnings that are written as they are, such as package://.
-        prefix: before a whole path, such as file://.
+        folder: folder of the file; meshes in or below it get relative paths.
+        schemes: prefixes of URIs that are written unchanged, such as package://.
+        prefix: prefix of absolute paths, such as file://.
     """
     file = visual.file
     if file is None or (schemes and visual.uri.startswith(schemes)):
@@ -134,7 +134,7 @@ def mesh_uri(
 
 
 def visual_entry(visual: Visual, folder: Path | None) -> Data:
-    """Shape and colour of a visual as a description has them."""
+    """Shape and colour of a visual as an entry of a description."""
     if visual.uri:
         schemes = ("package://", "model://")
         entry = mesh_entry(mesh_uri(visual, folder, schemes), visual.size)
@@ -146,7 +146,7 @@ def visual_entry(visual: Visual, folder: Path | None) -> Data:
 
 
 def visual_entries(robot: RobotDescription, link: str, folder: Path | None) -> list[Data]:
-    """All that moves with a link as a description has it, with poses of every digit."""
+    """All visuals that move with a link as entries of a description, with full precision."""
     entries: list[Data] = []
     for visual in robot.visuals_on(link):
         entry = visual_entry(visual, folder)
@@ -158,5 +158,5 @@ def visual_entries(robot: RobotDescription, link: str, folder: Path | None) -> l
 
 
 def is_at_origin(frame: Frame) -> bool:
-    """Whether a frame is that of its link."""
+    """Whether a frame coincides with that of its link."""
     return Transform(frame.rotation, frame.translation).is_identity()

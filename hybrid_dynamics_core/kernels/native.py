@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 
 
 def reason_against() -> str:
-    """Why machine code is not available; empty if it is."""
+    """The reason why machine code is not available; empty if it is."""
     if llvm.binding() is None:
         return f"llvmlite {'.'.join(map(str, llvm.OLDEST))} or newer is not installed"
     if not extension.usable():

@@ -36,7 +36,7 @@ class RemainingError(NamedTuple):
     angle: float
 
     def __str__(self) -> str:
-        # beside a larger one, an error this small is rounding
+        # an error this small relative to a larger one is rounding
         threshold = 0.0
         if self.position > NEGLIGIBLE or self.angle > NEGLIGIBLE:
             threshold = NEGLIGIBLE

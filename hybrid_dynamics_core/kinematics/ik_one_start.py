@@ -1,6 +1,7 @@
-"""Damped least squares from one start: the steps of `ik_descent`, without arrays of starts.
+"""Damped least squares from one start, with the steps of `ik_descent` but without a batch.
 
-Most targets are reached from the first start. One row of many costs as much as some hundred.
+Most targets are reached from the first start. A batch of one row would cost as much as one of some
+hundred.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from .ik_descent import (
 
 
 def descend_from_one(task: Task, start: Array, tolerance: float, max_iterations: int) -> Descent:
-    """Levenberg-Marquardt from one start, as `ik_descent.descend` does it from many.
+    """Levenberg-Marquardt from one start, like `ik_descent.descend` from many.
 
     Args:
-        task: what to reach.
+        task: the target.
         start: active coordinates (n,) [rad, m].
-        tolerance: a residual below it ends with the first step that does not gain.
-        max_iterations: after which it ends.
+        tolerance: residual below which the first step without progress ends the search.
+        max_iterations: largest number of iterations.
     """
     u = _within(task, start)
     error, jacobian, cost = _terms(task, u)
@@ -59,20 +60,20 @@ def descend_from_one(task: Task, start: Array, tolerance: float, max_iterations:
 
 
 def _terms(task: Task, u: Array) -> tuple[Array, Array, float]:
-    """Error (r,), its Jacobian (r, n) and the sum of its squares, infinite where a loop is open."""
+    """Error (r,), its Jacobian (r, n) and its squared norm, which is infinite if a loop is open."""
     error, jacobian, is_closed = task.error_at(u)
     cost = float(error @ error)
     return error, jacobian, cost if is_closed else math.inf
 
 
 def _within(task: Task, u: Array) -> Array:
-    """The nearest coordinates within the limits (n,)."""
+    """Active coordinates (n,) clipped to the limits."""
     within: Array = np.minimum(np.maximum(u, task.lower), task.upper)
     return within
 
 
 def _at_limits(task: Task, u: Array, jacobian: Array, error: Array) -> Mask:
-    """Coordinates at a limit that the error pushes further out (n,). No step moves them."""
+    """Mask (n,) of coordinates at a limit whose gradient points outwards. No step moves them."""
     push = error @ jacobian
     at_lower = (u <= task.lower) & (push < 0.0)
     at_upper = (u >= task.upper) & (push > 0.0)

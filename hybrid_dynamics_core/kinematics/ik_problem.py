@@ -239,7 +239,7 @@ def _terms(robot: ClosedKinematics, u: Array) -> Terms:
 
 
 def _terms_near(robot: ClosedKinematics, near: ClosedState, u: Array) -> Terms:
-    """As `_terms`, on the assembly modes of a closed state."""
+    """The result of `_terms`, on the assembly modes of a closed state."""
     state = close(robot, u, near, check=False)
     pose = robot.forward_kinematics(state)
     jacobian = robot.jacobian(state)

@@ -94,7 +94,7 @@ def find_pose_chain(
     frame: Frame,
     size: int,
 ) -> PoseChain | None:
-    """The pose chain of a frame, if it has `size` coordinates of this structure; else None."""
+    """The pose chain of a frame, if it has `size` coordinates of this structure; otherwise None."""
     end = tree.body_index(frame.link)
     bodies = [tree.bodies[i] for i in tree.path(end)]
     k = _count_slides(bodies)

@@ -35,7 +35,7 @@ class Body:
         limits: lower and upper limit of the joint [rad or m].
         chart: index in the tree's charts of the one that its zero orientation depends on, else
             None.
-        compensated_mass: [kg] whose weight is not felt.
+        compensated_mass: mass with compensated weight [kg].
         compensated_moment: first moment of that mass [kg m], as `first_moment`.
         second_moments: as `about_origin`, where they are not those of `inertia` to the last bit.
     """
@@ -68,7 +68,7 @@ class Body:
 
     @property
     def is_compensated(self) -> bool:
-        """Whether some of its weight is not felt."""
+        """Whether some of its weight is compensated."""
         return any((self.compensated_mass, *self.compensated_moment))
 
     @property

@@ -1,8 +1,8 @@
-"""From a closed configuration nearby: predicted with R, and compared with R at both ends.
+"""Closure from a nearby closed configuration, predicted with R and checked with R at both ends.
 
-On its assembly mode a mechanism moves smoothly. A short move is what R predicts at its start. It is
-also what R at its end gives in hindsight. A move that both do not give may be a jump to another
-mode, and has the status `JUMP`: it has to be followed in smaller steps.
+On its assembly mode a mechanism moves smoothly. A short move agrees with its prediction by R at the
+start, and with that by R at the end. A move that does not may be a jump to another mode. It has the
+status `JUMP`, and must be followed in smaller steps.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from ..kernels.status import JUMP
 from ..kernels.trace import Check
 from .model import Inputs, Model
 
-CORRECTION = 0.25  # largest part of the predicted move that the correction may be
-SLACK = 1e-9  # [rad or m] rounding that a correction may always have
+CORRECTION = 0.25  # largest correction, as a share of the predicted move
+SLACK = 1e-9  # [rad or m] tolerance of a correction for rounding
 LARGEST = 0.5  # [rad or m] longest predicted move of a passive coordinate
-HALF_TURN = 3.14  # [rad] beyond it, places may be nearer the other way round
+HALF_TURN = 3.14  # [rad] largest move of an angle without ambiguity
 
 
 class Step:
-    """The move from a start to given coordinates.
+    """Move from a start to given coordinates.
 
     Attributes:
-        move: of the given coordinates (n,) [rad, m].
-        predicted: of all coordinates (n_s,), by R at the start.
-        guess: all coordinates (n_s,) where it should end.
+        move: change of the given coordinates (n,) [rad, m].
+        predicted: change of all coordinates (n_s,), by R at the start.
+        guess: predicted coordinates (n_s,) at the end.
     """
 
     def __init__(self, model: Model, x: Inputs) -> None:
@@ -42,7 +42,7 @@ class Step:
         self.guess = [a + b for a, b in zip(x.start, self.predicted, strict=True)]
 
     def checks(self, motion: ClosedMotion) -> list[Check]:
-        """That the move is smooth, and that given angles are within half a turn of the start."""
+        """Checks of a smooth move, and of given angles within half a turn of the start."""
         hindsight = motion.rates(self.move)
         moved = sub(motion.configuration.q, self._start)
         passive = [k for k in range(motion.size) if k not in motion.given]

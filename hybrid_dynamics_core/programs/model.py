@@ -104,7 +104,7 @@ class Program:
     def from_start(self) -> Program:
         """The same from a closed configuration nearby, in place of a guess.
 
-        Its status is `JUMP` where the move from there is no smooth one.
+        Its status is `JUMP` if the move from there is not smooth.
         """
         inputs: list[str] = []
         for name in self.inputs:

@@ -1,4 +1,4 @@
-"""The status of a computed state: an integer in kernels, an `Outcome` where it is explained.
+"""The status of a computed state: an integer in kernels, an `Outcome` in messages.
 
 A kernel reports one integer for each state. Zero is success. Positive codes belong to a block of
 the closure plan. Negative codes stand in `kernels.status`. This module alone knows the numbers.

@@ -58,7 +58,7 @@ def regressor(parameters: Parameters) -> Program:
 def _felt_motions(
     tree: TreeDynamics, gravity: Vector, ds: Scalars, dds: Scalars
 ) -> list[BodyMotion]:
-    """How each body moves, gravity subtracted as far as its parameters feel it."""
+    """Motions of the bodies, with gravity subtracted for parameters with weight."""
     motions = tree.motions(gravity, ds, dds)
     for k, (body, local) in enumerate(
         zip(tree.tree.bodies, tree.in_link_axes(gravity), strict=True)

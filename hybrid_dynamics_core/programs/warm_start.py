@@ -1,4 +1,4 @@
-"""Programs along a motion: each state starts from the one before, and puts out the next start."""
+"""Programs along a motion: each state starts from the previous one, and outputs the next start."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from .model import FROM_START, Inputs, Model, Program
 
 
 def warm_started(program: Program) -> Program:
-    """A program from a closed configuration nearby, which puts out its own as well.
+    """A program that starts from a nearby closed configuration, and also outputs its own.
 
     Args:
-        program: takes a guess.
+        program: a program with the input `guess`.
 
     Returns:
         The program with `start` and `start_map` in place of the guess, and as further outputs.
@@ -27,7 +27,7 @@ def warm_started(program: Program) -> Program:
 
 
 def _next_start(model: Model, x: Inputs) -> Results:
-    """What the next state of a motion starts from: all coordinates, and R row by row."""
+    """The start of the next state of a motion: all coordinates, and R row by row."""
     motion, checks, _ = closed_motion(model, x)
     start_map: list[Scalar] = []
     for row in motion.velocity_map():

@@ -1,4 +1,4 @@
-"""The kernels behind one compiled call: from a guess, from a start, and along a motion."""
+"""The kernels of one compiled call: from a guess, from a start, and along a motion."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from .kernel_store import KernelStore
 
 
 class CallKernels:
-    """The kernels of a program, each made when it is needed.
+    """Kernels of a program, each loaded when it is first used.
 
     Args:
-        kernels: where they are kept.
-        key: tells programs apart.
-        program: takes a guess.
+        kernels: store of the kernels.
+        key: key of the program.
+        program: a program with the input `guess`.
     """
 
     def __init__(self, kernels: KernelStore, key: str, program: Program) -> None:
@@ -26,12 +26,12 @@ class CallKernels:
 
     @lazy
     def at_guess(self) -> Kernel:
-        """Iterations start from a guess."""
+        """The kernel whose iterations start from a guess."""
         return self._kernels.kernel(self._key, self.program)
 
     @lazy
     def from_start(self) -> Kernel:
-        """In one move from a closed configuration nearby."""
+        """The kernel for one move from a nearby closed configuration."""
         return self._kernels.kernel(f"{self._key} from start", self.program.from_start())
 
     @lazy
@@ -41,12 +41,12 @@ class CallKernels:
 
     @lazy
     def along_motion(self) -> Kernel:
-        """The same, with the next start put out too."""
+        """The kernel of `from_start`, with the next start as a further output."""
         program = programs.warm_started(self.program)
         return self._kernels.kernel(f"{self._key} along motion", program)
 
     def loaders(self) -> Loaders:
-        """What loads the code of each for one state."""
+        """Functions that load the code of each kernel for one state."""
         return Loaders(
             at_guess=lambda: self.at_guess.one,
             from_start=lambda: self.from_start.one,

@@ -18,8 +18,8 @@ def closure_runs(kernels: KernelStore, key: str, model: programs.Model) -> Closu
     """The closure kernels of a model.
 
     Args:
-        kernels: where they are kept.
-        key: tells this model from others of the robot.
+        kernels: store of the kernels.
+        key: key of this model among those of the robot.
         model: tree and closure plan.
     """
 

@@ -1,4 +1,4 @@
-"""Where the next call along a motion starts: the closed configuration of the last one."""
+"""Start of the next call along a motion: the closed configuration of the last one."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from .closure import Closure
 
 
 class WarmStart:
-    """A closed configuration that compiled calls start from, and replace by their own.
+    """Closed configuration from which a compiled call starts, and which it replaces by its result.
 
-    It belongs to one motion and one thread. A call that raises leaves it as it was.
+    It belongs to one motion and one thread. A call that raises does not change it.
 
     Attributes:
         signs: branch sign of each block of the closure plan, and the charts of ball joints.
@@ -24,10 +24,10 @@ class WarmStart:
     __slots__ = ("s", "signs", "start_map")
 
     def __init__(self, state: ClosedState) -> None:
-        """Start at a closed state.
+        """Set the start to a closed state.
 
         Raises:
-            InputError: it is a batch, or not closed.
+            InputError: the state is a batch, or not closed.
         """
         if state.u.ndim != 1:
             raise InputError(f"a motion starts at one state, not at a batch of {len(state.u)}")
@@ -36,7 +36,7 @@ class WarmStart:
         self.move_to(state)
 
     def move_to(self, state: ClosedState) -> None:
-        """Go on from a closed state: of a batch from its last row."""
+        """Set the start to a closed state; of a batch, to its last row."""
         s, velocity_map, signs = state.s, state.R, state.signs
         if s.ndim == 2:
             s, velocity_map = s[-1], velocity_map[-1]

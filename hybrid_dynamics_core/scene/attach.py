@@ -125,7 +125,7 @@ def _attach_slide(
     parent: Attached,
     child: Attached,
 ) -> None:
-    """Add a cylinder if parent and child have points on the axis, else a block on a rail."""
+    """Add a cylinder if parent and child have points on the axis, otherwise a block on a rail."""
     grounded = joint.parent == skeleton.base  # its rail is fixed
     cylinder = None
     if not grounded:

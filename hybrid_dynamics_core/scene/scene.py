@@ -29,7 +29,7 @@ _TRIAD = 0.075  # length of the end effector's axes, as a share of the picture's
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Everything to be painted.
+    """All bodies and marks of a picture.
 
     Attributes:
         skeleton: the mechanism.

@@ -1,4 +1,4 @@
-"""Sliders, buttons and tables beside the scene."""
+"""Sliders, buttons and tables next to the scene."""
 
 from __future__ import annotations
 

@@ -279,7 +279,7 @@ class SceneView:
         )
 
     def _add_shaft(self, joint: PlacedJoint, toward: Array) -> EffortArrow:
-        """Add an arrow beside a slide."""
+        """Add an arrow next to a slide."""
         anchor = self.shape.anchors[joint.name]
         poses = self.shape.poses(self.shape.reference)
         rotation, _ = poses[anchor.link]

@@ -82,7 +82,7 @@ class Viewer:
             raise
 
     def _add_switch(self, skeleton: bool) -> None:
-        """Add the switch between visuals and skeleton, where there are visuals."""
+        """Add the switch between visuals and skeleton, if there are visuals."""
         show = self.scene_view.show_skeleton
         self.switch = add_switch(self.server.gui, self.scene_view.visuals, self.ask, show)
         if self.switch is not None and skeleton:

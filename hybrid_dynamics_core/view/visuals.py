@@ -1,4 +1,4 @@
-"""Visuals of links in the scene, and the switch that shows the skeleton in their place."""
+"""Visuals of links in the scene, and a switch to the skeleton."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Handles = Sequence[tuple[SolidBody | Span, viser.MeshHandle]]
 
 
 class Visuals:
-    """The visuals of a robot. They hide what of its skeleton they stand for.
+    """Visuals of a robot, which hide the parts of the skeleton that they replace.
 
     Args:
-        scene: of viser.
-        shape: of the robot.
-        surfaces: visuals of the robot.
-        paths: names of the nodes of links.
+        scene: scene of viser.
+        shape: shape of the robot.
+        surfaces: surfaces of the robot's visuals.
+        paths: by link: name of its node.
     """
 
     def __init__(
@@ -52,10 +52,10 @@ class Visuals:
             self.handles.append(handle)
 
     def points(self, poses: Mapping[str, Pose]) -> Array:
-        """(k, 3) corners of boxes around the visuals [m].
+        """Corners (k, 3) of the bounding boxes of the visuals [m].
 
         Args:
-            poses: of the links.
+            poses: poses of the links.
         """
         corners = [np.zeros((0, 3))]
         for surface in self.surfaces.surfaces:
@@ -64,11 +64,11 @@ class Visuals:
         return np.vstack(corners)
 
     def show(self, skeleton: bool, bodies: Handles) -> None:
-        """Show the skeleton, or the visuals with what of it they do not stand for.
+        """Show the skeleton, or the visuals with the remaining parts of the skeleton.
 
         Args:
-            skeleton: whether it is shown.
-            bodies: all of it.
+            skeleton: whether to show the skeleton.
+            bodies: all bodies of the skeleton.
         """
         for handle in self.handles:
             handle.visible = not skeleton
@@ -76,17 +76,17 @@ class Visuals:
             handle.visible = skeleton or not self.stand_for(body)
 
     def stand_for(self, body: SolidBody | Span) -> bool:
-        """Whether all links that a body of the skeleton belongs to have visuals."""
+        """Whether all links of a body of the skeleton have visuals."""
         links = links_of(body, self.shape.skeleton)
         return bool(links) and links <= self.surfaces.links
 
 
 def links_of(body: SolidBody | Span, skeleton: Skeleton) -> frozenset[str]:
-    """Links that a body of the skeleton belongs to, but for those inside of a joint.
+    """Links of a body of the skeleton, except links inside a joint.
 
     Args:
-        body: of a link, joint or closure.
-        skeleton: of the robot.
+        body: body of a link, joint or closure.
+        skeleton: skeleton of the robot.
     """
     if body.kind == "link":
         return frozenset(body.names)
@@ -102,16 +102,16 @@ def links_of(body: SolidBody | Span, skeleton: Skeleton) -> frozenset[str]:
 
 
 def add_switch(gui: viser.GuiApi, visuals: Visuals, enqueue: Enqueue, show: Any) -> Any:
-    """Add a checkbox for the skeleton, and why meshes are not shown.
+    """Add a checkbox for the skeleton, and the reasons why meshes are not shown.
 
     Args:
-        gui: of viser.
-        visuals: of the robot.
-        enqueue: takes what a person does.
-        show: called with whether the skeleton is shown.
+        gui: user interface of viser.
+        visuals: visuals of the robot.
+        enqueue: puts an event of the user into the queue.
+        show: function with the new state of the checkbox as argument.
 
     Returns:
-        The checkbox; None where there are no visuals.
+        The checkbox; None if there are no visuals.
     """
     if visuals.surfaces.problems:
         gui.add_html(note_html(". ".join(visuals.surfaces.problems)))

@@ -17,7 +17,7 @@ Work = Callable[[ServerGoalHandle], None]
 
 
 class Outcome(Enum):
-    """How a goal ends."""
+    """Final status of a goal."""
 
     SUCCEEDED = "succeed"
     ABORTED = "abort"

@@ -98,7 +98,7 @@ class BatchPipeline:
         """Wrap a pipeline, whose counts and filter are continued."""
         self.pipeline = pipeline
         self.first_rejections: dict[str, str] = {}  # the first text of each kind
-        # Has the base where the recording has it at a log time [ns].
+        # Sets the motion of the base to the recorded one at a log time [ns].
         self.move_base: Callable[[int], None] = lambda _: None
 
     def process(self, samples: Samples, given: RateRows | None = None) -> BatchResult | None:

@@ -190,7 +190,7 @@ class _Transfer:
         self._waiting: list[Samples] = []  # for smoothing as a whole
 
     def take_odometry(self, odometry: OdometryInput, source: BagReader) -> None:
-        """Let the base move as a bag says."""
+        """Set the motion of the base from the odometry of a bag."""
         recorded = RecordedOdometry(odometry, source, self.losses)
         self._batches.move_base = recorded.go_to
 

@@ -1,4 +1,4 @@
-"""Odometry of a recording, taken in the order in which all was logged."""
+"""Odometry of a recording, in the order of log times."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .storage.storage import Losses
 
 
 class RecordedOdometry:
-    """How the base moved until each time of a bag."""
+    """Motion of the base at each time of a bag."""
 
     def __init__(self, odometry: OdometryInput, source: BagReader, losses: Losses) -> None:
         """Read all odometry of a bag.
 
         Args:
-            odometry: of the pipeline.
+            odometry: odometry input of the pipeline.
             source: the bag.
-            losses: messages that cannot be used are added.
+            losses: list to which unusable messages are added.
 
         Raises:
             BagError: the bag has no odometry on the topic.
@@ -49,7 +49,7 @@ class RecordedOdometry:
         odometry.newest = None
 
     def _take(self, data: bytes) -> str:
-        """Take a message, or say why it cannot be used."""
+        """Store a message, or return the reason why it is unusable."""
         try:
             self._odometry.take(sample_of_odometry(deserialize(data, ODOMETRY)))
         except RejectedError as error:
@@ -59,13 +59,13 @@ class RecordedOdometry:
         return ""
 
     def go_to(self, log_ns: int) -> None:
-        """Have the newest motion as it was at a log time [ns]."""
+        """Set the newest motion to that at a log time [ns]."""
         place = int(np.searchsorted(self._log_ns, log_ns, side="right"))
         self._odometry.newest = self._newest[place]
 
 
 def _resolved(topic: str) -> str:
-    """The whole name of a topic of the node."""
+    """The resolved name of a topic of the node."""
     if topic.startswith("~/"):
         return f"{NODE}/{topic[2:]}"
     return topic if topic.startswith("/") else f"/{topic}"

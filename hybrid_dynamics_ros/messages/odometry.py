@@ -1,4 +1,4 @@
-"""Odometry of a floating base as data: pose and twist. Covariances are not read."""
+"""Odometry of a floating base as data: pose and twist, without covariances."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class OdometrySample(NamedTuple):
 
     Attributes:
         stamp_ns: stamp [ns].
-        link: the frame that the message is of, its `child_frame_id`.
-        position: of its origin (3,) [m].
+        link: name of the moving frame, the `child_frame_id` of the message.
+        position: position of its origin (3,) [m].
         orientation: quaternion (4,) x y z w.
         twist: linear velocity of its origin [m/s], then angular velocity [rad/s], in the axes of
             the link (6,).
@@ -31,7 +31,7 @@ class OdometrySample(NamedTuple):
 
 
 def sample_of_odometry(message: Any) -> OdometrySample:
-    """An Odometry of rclpy or rosbags as a sample; its covariances are not read."""
+    """Convert an Odometry message of rclpy or rosbags, without its covariances."""
     pose, twist = message.pose.pose, message.twist.twist
     place, turn = pose.position, pose.orientation
     linear, angular = twist.linear, twist.angular

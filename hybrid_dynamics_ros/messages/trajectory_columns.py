@@ -1,7 +1,7 @@
 """Trajectories between processes, as columns of numbers.
 
-Pickling message objects holds the interpreter from the first point to the last: for a second and
-more where there are ten thousands, in which no input is answered. Loops in Python give way.
+Pickling message objects holds the GIL for all points, for a second or more with ten thousands of
+them. Meanwhile no input would be answered. Loops in Python release it in between.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ Rebuild = Callable[["Columns"], JointTrajectory]
 
 
 class Columns(NamedTuple):
-    """A trajectory.
+    """Trajectory as columns of numbers.
 
     Attributes:
-        header: its header.
-        names: its joints.
-        seconds, nanoseconds: of each point's time, integers of four bytes.
-        lengths: of each point's arrays, field after field: integers of four bytes.
-        numbers: all entries, field after field: doubles.
+        header: header of the message.
+        names: names of the joints.
+        seconds, nanoseconds: time of each point, as integers of four bytes.
+        lengths: lengths of the arrays of each point, field after field, as integers of four bytes.
+        numbers: all entries, field after field, as doubles.
     """
 
     header: Any
@@ -63,7 +63,7 @@ def columns_of(message: JointTrajectory) -> Columns:
 
 
 def message_of(columns: Columns) -> JointTrajectory:
-    """The message of some columns."""
+    """The message of columns."""
     message = JointTrajectory(header=columns.header, joint_names=columns.names)
     points = message.points
     ends = [0] * len(_FIELDS)
@@ -82,7 +82,7 @@ def message_of(columns: Columns) -> JointTrajectory:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Without garbage collections, which hold the interpreter the longer, the more points live."""
+    """Context without garbage collection, which holds the GIL longer the more points there are."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -97,5 +97,5 @@ def _reduced(message: JointTrajectory) -> tuple[Rebuild, tuple[Columns]]:
 
 
 def send_as_columns() -> None:
-    """Let pipes between processes have trajectories as columns, from now on."""
+    """Register columns as the pickled form of trajectories."""
     ForkingPickler.register(JointTrajectory, _reduced)

@@ -188,7 +188,7 @@ class HybridDynamicsNode(EventFreeNode):
         return FAILURE
 
     def _why_not(self, settings: NodeSettings, parameters: Sequence[Parameter[Any]]) -> str:
-        """Why parameters cannot change, or ""."""
+        """The reason why parameters cannot change; "" if they can."""
         if self._runtime is None:
             return ""
         for parameter in parameters:

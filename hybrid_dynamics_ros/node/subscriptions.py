@@ -186,7 +186,7 @@ class Stream:
         return None
 
     def _take_odometry(self, odometry: OdometryInput, kind: type, message: bytes) -> bool:
-        """Remember how the base moves; False where the message cannot be used."""
+        """Store the motion of the base; False if the message is unusable."""
         rejection = oversized(len(message))
         try:
             if rejection is None:

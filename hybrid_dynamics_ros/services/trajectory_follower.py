@@ -155,7 +155,7 @@ class Follower:
         return [*dense[:-1], self._with_excess(bad, dense[-1].time)]
 
     def _with_excess(self, bad: Sample, moment: float) -> Sample:
-        """A bad sample that says too how far the motion goes beyond the bound it passes.
+        """A bad sample, with the largest excess of the motion over the bound.
 
         Args:
             bad: the first bad sample.

@@ -83,7 +83,7 @@ class MotionLimits:
         return Rejection(RejectionCode.LIMIT, text)
 
     def excess(self, number: int, margin: float) -> str:
-        """How far beyond a bound a margin is, with its unit.
+        """The excess of a negative margin over its bound, with its unit.
 
         Args:
             number: of the bound, its place in `margins`.

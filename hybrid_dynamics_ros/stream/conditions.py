@@ -119,7 +119,7 @@ class NewPayload:
 
     @property
     def text(self) -> str:
-        """What it is, for the log."""
+        """Description for the log."""
         if self.body.mass > 0.0:
             return f"{self.body.mass:g} kg at {self.frame}"
         return f"nothing at {self.frame}"
@@ -137,7 +137,7 @@ class NewMode:
 
     @property
     def text(self) -> str:
-        """What it is, for the log."""
+        """Description for the log."""
         return ", ".join(f"{loop} {name}" for loop, name in self.mode.branch.items())
 
 

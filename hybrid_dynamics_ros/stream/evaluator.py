@@ -286,7 +286,7 @@ class MotionEvaluator:
         motion: OrderedMotion,
         event: StampEvent | None,
     ) -> MotionResult:
-        """As `_evaluate`, bit by bit, in one call of compiled code."""
+        """The result of `_evaluate` to the same bits, in one call of compiled code."""
         u, du, ddu = motion.complete()
         robot = self.robot
         if u.ndim == 2:

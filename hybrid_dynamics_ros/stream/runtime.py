@@ -94,7 +94,7 @@ class Runtime:
         return self.evaluator.measured
 
     def problem(self, settings: NodeSettings) -> str:
-        """Why the settings do not fit the robot, or ""."""
+        """The reason why the settings do not fit the robot; "" if they do."""
         try:
             self._conditions(settings)
         except (HybridDynamicsError, ParameterError) as error:

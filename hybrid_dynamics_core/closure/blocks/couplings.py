@@ -1,4 +1,4 @@
-"""Joints that follow each other: linear equations with constant coefficients, solved together."""
+"""Joints coupled by linear equations with constant coefficients, solved together."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .block_solver import BlockSolver
 
 
 class CouplingsBlock(BlockSolver):
-    """The unknowns of as many linear equations between coordinates.
+    """Block of k linear equations between coordinates, for k unknowns.
 
     Args:
         couplings: the equations.
-        unknowns: the coordinates that they determine.
+        unknowns: indices of the coordinates that they determine.
         revolute: whether each unknown is an angle.
 
     Raises:
-        ValueError: they do not determine the unknowns.
+        ValueError: the equations do not determine the unknowns.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class CouplingsBlock(BlockSolver):
         self._inverse = np.linalg.inv(matrix).tolist()
 
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
-        """Always closes."""
+        """Set the unknowns. The block always closes."""
         remainders = [self._remainder(coupling, configuration) for coupling in self.couplings]
         for unknown, row in zip(self.unknowns, self._inverse, strict=True):
             value: Scalar = 0.0
@@ -53,7 +53,7 @@ class CouplingsBlock(BlockSolver):
         return 1.0
 
     def _remainder(self, coupling: JointCoupling, configuration: Configuration) -> Scalar:
-        """What a sum is with all unknowns at zero."""
+        """The sum of a coupling with all unknowns at zero."""
         total: Scalar = coupling.offset
         for k, coefficient in coupling.coefficients.items():
             if k not in self.unknowns:

@@ -44,7 +44,7 @@ class AngleSum(LoopEquations):
         return marks
 
     def gaps(self, configuration: Configuration, residual: list[Scalar]) -> list[Scalar]:
-        """The angle itself: its sine vanishes at half a turn too, where a search would stay."""
+        """The angle itself, since its sine is zero at half a turn too."""
         cosine, sine = self._direction(configuration)
         return [atan2(sine, cosine)]
 

@@ -65,9 +65,9 @@ class LoopEquations(ABC):
         """(d/dt J_s) s' of each equation [1/s^2] at a closed configuration."""
 
     def extent(self, configuration: Configuration) -> float:
-        """Largest distance [m] between joint axes and pins of the loop; 0 where it has none.
+        """Largest constant distance [m] between joint axes and pins of the loop, or 0.
 
-        No origin of a frame changes it. The configuration holds floats.
+        It does not depend on origins of frames. The configuration is of floats.
         """
         return 0.0
 
@@ -80,7 +80,7 @@ class LoopEquations(ABC):
         return []
 
     def gaps(self, configuration: Configuration, residual: list[Scalar]) -> list[Scalar]:
-        """How far each equation is from closed, for searches that start far away.
+        """Gaps of the equations, for searches that start far away.
 
         They are the residuals, unless these vanish where the guards are negative.
 

@@ -121,7 +121,7 @@ class ChainState(NamedTuple):
         return ChainState(joints, sub(self.end, point), self.rotation)
 
     def joint_of(self, coordinate: int) -> ChainJoint | None:
-        """The joint of a coordinate, None where the chain has none."""
+        """The joint of a coordinate; None if it is not in the chain."""
         for joint in self.joints:
             if joint.body.coordinate == coordinate:
                 return joint
@@ -313,7 +313,7 @@ class SpatialClosure(LoopEquations):
         return marks
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
-        """Cosines between axes that must be parallel; a negative one says that they are opposed."""
+        """Cosines between axes that must be parallel; negative if they are opposed."""
         axes = _PARALLEL_AXES[self.kind]
         if not axes:
             return []

@@ -1,4 +1,4 @@
-"""Joints that follow each other in a circle: their sums have to determine them."""
+"""Check of followers that depend on each other: their equations must have one solution."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ..model import Mimic, RobotDescription
 
 
 def check_circles(document: Document, robot: RobotDescription) -> None:
-    """Check that followers which follow each other have one solution.
+    """Check that followers that depend on each other have one solution.
 
     Raises:
-        DescriptionError: a joint follows itself, or joints of a circle are not determined.
+        DescriptionError: a joint follows itself, or the joints of a circle are not determined.
     """
     sources = _sources(robot.mimics)
     reached = {name: _reached(sources, name) for name in sources}
     for name, others in reached.items():
         circle = [other for other in sources if other in others and name in reached[other]]
-        if not circle or circle[0] != name:  # of each circle once
+        if not circle or circle[0] != name:  # each circle only once
             continue
         if len(circle) > 1 and is_regular(_matrix(robot.mimics, circle)):
             continue
@@ -36,7 +36,7 @@ def check_circles(document: Document, robot: RobotDescription) -> None:
 
 
 def _sources(mimics: Mapping[str, Mimic]) -> dict[str, list[str]]:
-    """Of each follower, the followers that it follows."""
+    """By follower: the followers that it depends on."""
     sources: dict[str, list[str]] = {}
     for name, mimic in mimics.items():
         sources[name] = [source for source in mimic.multipliers if source in mimics]
@@ -44,10 +44,10 @@ def _sources(mimics: Mapping[str, Mimic]) -> dict[str, list[str]]:
 
 
 def _reached(sources: Mapping[str, list[str]], start: str) -> set[str]:
-    """The followers that one follows, directly or through others."""
+    """The followers that one depends on, directly or through others."""
     waiting = list(sources[start])
     reached = set(waiting)
-    for name in waiting:  # grows while it is walked
+    for name in waiting:  # grows during the iteration
         for other in sources[name]:
             if other not in reached:
                 reached.add(other)
@@ -56,7 +56,7 @@ def _reached(sources: Mapping[str, list[str]], start: str) -> set[str]:
 
 
 def _matrix(mimics: Mapping[str, Mimic], circle: list[str]) -> Array:
-    """Coefficients (n, n) of the joints of a circle in q - sum of multiplier * q = ..."""
+    """Coefficients (n, n) of the joints of a circle in q_i - sum_j multiplier_ij q_j = constant."""
     matrix = np.eye(len(circle))
     for row, name in enumerate(circle):
         for column, source in enumerate(circle):

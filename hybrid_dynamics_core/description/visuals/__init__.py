@@ -1,1 +1,1 @@
-"""Shapes by which pictures show links: out of the entries of a document."""
+"""Visuals of links, from the entries of a document."""

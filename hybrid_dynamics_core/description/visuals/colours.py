@@ -1,4 +1,4 @@
-"""Colours: as a description writes them, and as four numbers."""
+"""Conversion of colours between entries of a description and four numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def colour_from_text(text: str) -> Colour:
     """The colour of '#rrggbb' or '#rrggbbaa'.
 
     Raises:
-        ValueError: the text is none of these.
+        ValueError: the text has another form.
     """
     if not _HEX.fullmatch(text):
         raise ValueError(f"is '{text}'; {EXPECTED}")
@@ -25,10 +25,10 @@ def colour_from_text(text: str) -> Colour:
 
 
 def colour_from_numbers(numbers: Sequence[float]) -> Colour:
-    """The colour of three or four numbers from 0 to 1.
+    """The colour with three or four numbers from 0 to 1.
 
     Raises:
-        ValueError: they are not.
+        ValueError: a number is out of range, or their count is wrong.
     """
     if len(numbers) not in (3, 4) or not all(0.0 <= number <= 1.0 for number in numbers):
         listed = ", ".join(f"{number:g}" for number in numbers)
@@ -38,7 +38,7 @@ def colour_from_numbers(numbers: Sequence[float]) -> Colour:
 
 
 def colour_text(colour: Colour) -> str | list[float]:
-    """A colour as a description has it: a text where that says it exactly."""
+    """The entry of a colour in a description: a text if it is exact, otherwise numbers."""
     levels = [round(255.0 * number) for number in colour]
     if tuple(level / 255.0 for level in levels) == colour:
         text = "#" + "".join(f"{level:02x}" for level in levels)

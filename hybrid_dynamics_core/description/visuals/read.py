@@ -1,4 +1,4 @@
-"""Visuals of links: each has one shape, with its sizes, its place on the link and its colour."""
+"""Reader of visuals of links: each has a shape, sizes, a pose on the link and a colour."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..entries import Entry
 from ..model import Colour, Visual, VisualShape
 from .colours import colour_from_numbers, colour_from_text
 
-SIZES: Mapping[str, tuple[str, ...]] = {  # keys of each shape that has sizes
+SIZES: Mapping[str, tuple[str, ...]] = {  # by shape: keys of its sizes
     "box": ("size",),
     "cylinder": ("radius", "length"),
     "sphere": ("radius",),
@@ -26,10 +26,10 @@ _SHAPES = get_args(VisualShape)
 def read_visuals(
     links: Mapping[str, Entry], attached: AttachedFrames
 ) -> Mapping[str, tuple[Visual, ...]]:
-    """The visuals of all links that have any, each on the link that it moves with.
+    """The visuals by moving link; those on fixed links are moved to the links that carry them.
 
     Raises:
-        DescriptionError: an entry has no shape or several, or a size that is not above zero.
+        DescriptionError: an entry has no shape or several, or a size that is not positive.
     """
     visuals: dict[str, tuple[Visual, ...]] = {}
     for name, link in links.items():
@@ -74,7 +74,7 @@ def _sizes(details: Entry, keys: tuple[str, ...]) -> tuple[float, ...]:
 
 
 def _scale(details: Entry) -> tuple[float, ...]:
-    """The scale of a mesh along x, y, z; one number is the scale along all."""
+    """The scale (3,) of a mesh along x, y, z; one number holds for all."""
     value = details.get("scale", 1.0)
     path = details.key_path("scale")
     if isinstance(value, list):

@@ -112,7 +112,7 @@ class Cells:
         return np.asarray(self._u[np.isfinite(self._best)])
 
     def add(self, samples: Margins) -> None:
-        """Put samples into their cells where they are better."""
+        """Store the best sample of each cell."""
         values = self._score(samples)
         index = np.floor((self._placement(samples) - self.grid.low) / self.grid.size)
         within = ((index >= 0.0) & (index < self.grid.shape)).all(axis=1)

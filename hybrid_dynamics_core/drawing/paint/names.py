@@ -49,7 +49,7 @@ def name_labels(scene: Scene, names: Names) -> list[Label]:
 
 
 def _active(scene: Scene) -> list[Label]:
-    """A label beside the arrow of every active joint."""
+    """A label next to the arrow of every active joint."""
     labels = []
     for line in scene.lines:
         if line.role not in ("turn", "travel"):
@@ -66,7 +66,7 @@ def _active(scene: Scene) -> list[Label]:
 
 
 def _idle(scene: Scene) -> list[Label]:
-    """A label beside every idle joint."""
+    """A label next to every idle joint."""
     labels: list[Label] = []
     for group in scene.groups:
         idle = [joint.name for joint in group.joints if joint.idle]

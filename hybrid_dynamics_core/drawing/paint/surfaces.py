@@ -1,7 +1,7 @@
-"""Surfaces as an image: what is nearest to the viewer, pixel by pixel, with outlines.
+"""Surfaces as an image with outlines, by a depth buffer.
 
-Triangles are sampled more finely than pixels, and every pixel keeps its nearest sample. So nothing
-depends on an order of triangles, which may pass through each other.
+Triangles are sampled more finely than pixels, and every pixel shows its nearest sample. So
+triangles may intersect, and their order does not matter.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from ...scene.style import INK
 from ...scene.visuals.primitives import Faces
 from ...scene.visuals.surfaces import Surface
 
-_DENSITY: Final = 320.0  # samples to the inch; two by two make a pixel
+_DENSITY: Final = 320.0  # samples per inch; two by two are a pixel
 _MAX_SIDE: Final = 4000  # samples along a side of the image
-_STEP: Final = 0.7  # of a sample, between points of a triangle: every sample meets one
-_CHUNK: Final = 2_000_000  # points at a time
-_AMBIENT: Final = 0.62  # brightness of what the light does not reach
+_STEP: Final = 0.7  # [samples] distance of points on a triangle, to hit every sample
+_CHUNK: Final = 2_000_000  # points processed at once
+_AMBIENT: Final = 0.62  # brightness of surfaces in shadow
 _DIFFUSE: Final = 0.5  # added where it falls straight
 _LIGHT: Final = (-0.45, 0.75, 1.0)  # direction of the light: right, up, toward the viewer
 _CREASE: Final = 0.8  # cosine between normals below which an edge is drawn
-_DEPTH_STEP: Final = 0.006  # of the size of the image: larger steps in depth get an outline
-_FLAT: Final = 1e-9  # of a square of the longest side: smaller triangles are lines
+_DEPTH_STEP: Final = 0.006  # least step in depth at an outline, as a share of the size of the image
+_FLAT: Final = 1e-9  # least area of a triangle, relative to the square of its longest side
 _EDGE: Final = 0.55  # share of ink in an outline
 
 
@@ -41,11 +41,11 @@ Places = tuple[NDArray[np.intp], ...]
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """A picture of surfaces.
+    """Image of surfaces.
 
     Attributes:
-        pixels: (h, w, 4) red, green, blue, opacity; the first row is at the bottom.
-        corners: (2, 2) [[left, bottom], [right, top]] in the picture [m].
+        pixels: (h, w, 4) red, green, blue and opacity; the first row is at the bottom.
+        corners: (2, 2) corners [[left, bottom], [right, top]] in the picture [m].
     """
 
     pixels: Array
@@ -58,10 +58,10 @@ def add_surfaces(
     """Paint surfaces below all parts and names.
 
     Args:
-        axes: to be painted on.
-        surfaces: in base axes.
-        projection: of the picture.
-        scale: [m] of the picture to the inch.
+        axes: Matplotlib axes.
+        surfaces: surfaces in base axes.
+        projection: projection of the picture.
+        scale: metres of the picture per inch.
     """
     image = image_of(surfaces, projection, scale)
     (left, bottom), (right, top) = image.corners
@@ -79,12 +79,12 @@ def add_surfaces(
 
 
 def image_of(surfaces: Sequence[Surface], projection: Projection, scale: float) -> Image:
-    """The picture of surfaces.
+    """The image of surfaces.
 
     Args:
-        surfaces: in base axes.
-        projection: of the picture.
-        scale: [m] of the picture to the inch.
+        surfaces: surfaces in base axes.
+        projection: projection of the picture.
+        scale: metres of the picture per inch.
     """
     points = np.vstack([surface.vertices for surface in surfaces])
     flat = projection.project(points)
@@ -105,19 +105,19 @@ def image_of(surfaces: Sequence[Surface], projection: Projection, scale: float) 
 
 
 def _directions(projection: Projection) -> Array:
-    """(3, 3) rows: right, up, and toward the viewer."""
+    """Directions (3, 3): rows right, up, and toward the viewer."""
     return np.stack([projection.right, projection.up, projection.toward])
 
 
 class _Canvas:
-    """Nearest samples, with the triangle of each."""
+    """Depth buffer: the nearest samples with their triangles."""
 
     def __init__(self, width: int, height: int, size: float) -> None:
         self.shape = (height, width)
         self.size = size
         self.depths = np.full(width * height, -np.inf)
         self.triangles = np.full(width * height, -1)
-        self.colours: list[Array] = [np.zeros((0, 4))]  # of triangles
+        self.colours: list[Array] = [np.zeros((0, 4))]  # colours (k, 4) of triangles
         self.normals: list[Array] = [np.zeros((0, 3))]
         self.paints: list[Faces] = [np.zeros(0, int)]  # numbers of colours
         self.palette: dict[Colour, int] = {}
@@ -127,9 +127,9 @@ class _Canvas:
         """Add a surface.
 
         Args:
-            surface: in base axes.
-            vertices: (k, 3) its vertices: right and up in samples, and the depth [m].
-            directions: (3, 3) of the picture.
+            surface: surface in base axes.
+            vertices: (k, 3) vertices: right and up in samples, and the depth [m].
+            directions: directions (3, 3) of the picture.
         """
         a, b, c = (surface.vertices[corner] for corner in surface.faces.T)
         normals = np.cross(b - a, c - a)
@@ -155,15 +155,15 @@ class _Canvas:
         places = rows * width + columns
         nearer = points[:, 2] > self.depths[places]
         places, depths, triangles = places[nearer], points[nearer, 2], triangles[nearer]
-        order = np.argsort(depths, kind="stable")  # of several at one place the last one stays
+        order = np.argsort(depths, kind="stable")  # the last of several at one sample remains
         self.depths[places[order]] = depths[order]
         self.triangles[places[order]] = triangles[order]
 
     def pixels(self) -> Array:
-        """(h, w, 4) the picture, with outlines; two by two samples are one pixel."""
+        """The pixels (h, w, 4) of the image with outlines; two by two samples are one pixel."""
         triangles = self.triangles.reshape(self.shape)
         painted = triangles >= 0
-        colours = np.vstack([*self.colours, np.zeros((1, 4))])  # the last one is nothing
+        colours = np.vstack([*self.colours, np.zeros((1, 4))])  # the last one is transparent
         samples = colours.astype(np.float32)[triangles]
         edges = self._edges(triangles) & painted
         ink = np.array([*bytes.fromhex(INK.removeprefix("#"))]) / 255.0
@@ -178,7 +178,7 @@ class _Canvas:
         return np.asarray(np.round(255.0 * pixels).astype(np.uint8))
 
     def _edges(self, triangles: Faces) -> NDArray[np.bool_]:
-        """(h, w) whether a sample is at an outline or a crease."""
+        """Mask (h, w) of samples at an outline or a crease."""
         edges = np.zeros(self.shape, bool)
         for axis in (0, 1):
             one = [slice(None), slice(None)]
@@ -193,31 +193,31 @@ class _Canvas:
         return edges
 
     def _part(self, triangles: Faces, first: Window, second: Window, places: Places) -> Array:
-        """(n,) whether there is an edge between samples of two triangles.
+        """Mask (n,) of edges between samples of two triangles.
 
         Args:
-            triangles: (h, w) of the samples.
+            triangles: (h, w) triangles of the samples.
             first: window of the samples.
-            second: window in which their neighbours have the same places.
-            places: (n,) rows and columns of samples in the windows.
+            second: window of their neighbours.
+            places: rows and columns (n,) of samples in the windows.
         """
         one, other = triangles[first][places], triangles[second][places]
         paints = np.concatenate([*self.paints, [-1]])
         normals = np.vstack([*self.normals, np.zeros((1, 3))])
         depths = self.depths.reshape(self.shape)
         facing = (normals[one] * normals[other]).sum(axis=1)
-        with np.errstate(invalid="ignore"):  # next to nothing depths are infinite
+        with np.errstate(invalid="ignore"):  # depths of the background are infinite
             apart = np.abs(depths[first][places] - depths[second][places])
         is_step = apart > _DEPTH_STEP * self.size
         return np.asarray((paints[one] != paints[other]) | (facing < _CREASE) | is_step)
 
 
 def _lit(surface: Surface, normals: Array) -> Array:
-    """(m, 4) colours of triangles by the light that reaches them.
+    """Shaded colours (m, 4) of triangles.
 
     Args:
-        surface: whose colour they have.
-        normals: (m, 3) right, up, toward the viewer.
+        surface: the surface.
+        normals: (m, 3) normals: right, up, toward the viewer.
     """
     light = np.array(_LIGHT) / np.linalg.norm(_LIGHT)
     lit = _AMBIENT + _DIFFUSE * np.maximum(normals @ light, 0.0)
@@ -229,14 +229,14 @@ def _lit(surface: Surface, normals: Array) -> Array:
 
 
 def _samples(vertices: Array, faces: Faces) -> Iterator[tuple[Faces, Array]]:
-    """Points of triangles, closer together than samples of the image.
+    """Sample triangles more finely than the image.
 
     Args:
-        vertices: (k, 3), the first two coordinates in samples.
-        faces: (m, 3) of the triangles.
+        vertices: (k, 3) vertices, the first two coordinates in samples.
+        faces: (m, 3) indices of the vertices of each triangle.
 
     Yields:
-        Numbers (n,) of triangles, and points (n, 3) of them.
+        Indices (n,) of triangles, and points (n, 3) on them.
     """
     corners = _longest_first(vertices[faces])
     first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
@@ -260,7 +260,7 @@ def _samples(vertices: Array, faces: Faces) -> Iterator[tuple[Faces, Array]]:
 
 
 def _longest_first(corners: Array) -> Array:
-    """(m, 3, 3) triangles, turned so that the first side is the longest in the picture."""
+    """Triangles (m, 3, 3), permuted so that the first side is the longest in the picture."""
     sides = np.roll(corners, -1, axis=1) - corners
     longest = np.argmax(np.linalg.norm(sides[:, :, :2], axis=2), axis=1)
     order = (longest[:, None] + np.arange(3)) % 3
@@ -268,6 +268,6 @@ def _longest_first(corners: Array) -> Array:
 
 
 def _round_counts(numbers: Array) -> Faces:
-    """Whole numbers that are not smaller, and of which there are few: four to a power of two."""
+    """Numbers rounded up to few distinct integers, four per power of two."""
     powers = np.ceil(4.0 * np.log2(np.maximum(numbers, 1.0))) / 4.0
     return np.asarray(np.ceil(2.0**powers).astype(int))

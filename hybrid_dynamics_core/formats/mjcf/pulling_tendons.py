@@ -1,9 +1,9 @@
-"""Tendons of MJCF that pull: springs, dampers, friction and rotors along their length.
+"""Tendons of MJCF with springs, dampers, friction or rotors along their length.
 
 The length of a fixed tendon is a sum of coordinates. That of a spatial one is the sum of the
 distances between its sites: each is the slide of a massless telescope between two sites. A slide
-that follows these sums has the length of the tendon as its coordinate, so what acts along it is
-exact.
+that follows these sums has the length of the tendon as its coordinate. So forces along the tendon
+are exact.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .names import WORLD
 from .poses import pose_entry, pose_of
 from .tendons import TendonReader
 
-_FLAGS = {  # that switch off what acts along a tendon
+_FLAGS = {  # flags that disable forces along tendons
     "stiffness": "spring",
     "stiffness of higher degree": "spring",
     "springyield": "spring",
@@ -34,13 +34,13 @@ _FLAGS = {  # that switch off what acts along a tendon
     "frictionloss": "frictionloss",
 }
 _LINEAR = ("stiffness", "damping", "frictionloss", "armature")
-_SHORTEST = 1e-9  # [m] of a distance that has a direction
+_SHORTEST = 1e-9  # [m] least distance with a defined direction
 _AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0]}
 
 
 @dataclass
 class _Length:
-    """A length: a sum of coordinates and a constant [m or rad]."""
+    """Length as a weighted sum of coordinates and a constant [m or rad]."""
 
     terms: dict[str, float]
     constant: float = 0.0
@@ -50,10 +50,10 @@ class _Length:
 
 
 class PullingTendons:
-    """Adds the joints of tendons that pull.
+    """Adds the joints of tendons with forces.
 
     Attributes:
-        drawn: coordinates of the joints added, where the file draws the model.
+        drawn: coordinates of the added joints in the drawn pose of the file.
     """
 
     def __init__(self, model: MjcfModel, bodies: BodyReader, tendons: TendonReader) -> None:
@@ -64,14 +64,14 @@ class PullingTendons:
         self.drawn: dict[str, float] = {}
 
     def add(self, disabled: Collection[str]) -> None:
-        """Add what acts along tendons, after all joints and ties are read.
+        """Add forces along tendons, after all joints and constraints are read.
 
         Args:
-            disabled: flags that are off.
+            disabled: disabled flags.
 
         Raises:
-            DescriptionError: a tendon pulls in a way that no spring or damper does, or around a
-                shape.
+            DescriptionError: the force of a tendon is not that of a linear spring or damper, or it
+                wraps around a shape.
         """
         for number, tendon in enumerate(self.model.content.tendons):
             forces = dict(tendon.forces)
@@ -130,7 +130,7 @@ class PullingTendons:
         return _Length(dict(leading), constant + added)
 
     def _spatial(self, name: str, tendon: Tendon, element: LocatedElement) -> _Length:
-        """The length between sites; of each part between bodies the slide of a telescope."""
+        """The length between sites, with a telescope for each part between two bodies."""
         length = _Length({})
         before: int | None = None
         factor = 1.0
@@ -173,7 +173,7 @@ class PullingTendons:
         length.add(slide, factor)
 
     def _add_telescope(self, name: str, foot: Place, head: Place, element: LocatedElement) -> str:
-        """Add a massless telescope between two places; the name of its slide."""
+        """Add a massless telescope between two frames, and return the name of its slide."""
         joints = self.bodies.names
         link = foot.link
         origin = pose_entry(foot.pose)
@@ -194,14 +194,14 @@ class PullingTendons:
         return slide
 
     def _add_joint(self, name: str, entry: Data, element: LocatedElement) -> str:
-        """Add a joint that moves a link without mass; the name of the link."""
+        """Add a joint that moves a massless link, and return the name of the link."""
         link = self.bodies.names.free("body", f"{name}_link")
         self.xml.add(("links", link), {}, element)
         self.xml.add(("joints", name), {**entry, "child": link}, element)
         return link
 
     def _pull_slide(self, slide: str, entry: Data, constant: float) -> None:
-        """Let forces along a length act on a slide that is shorter by a constant."""
+        """Apply forces along a length to a slide that is shorter by a constant."""
         if "spring" in entry:
             entry["spring"]["rest"] -= constant
         self.xml.document.section("joints")[slide].update(entry)
@@ -209,7 +209,7 @@ class PullingTendons:
     # -- places
 
     def _drawn_site(self, number: int) -> Transform:
-        """Pose of a site in the world, as the file draws it."""
+        """Pose of a site in the world, in the drawn pose of the file."""
         bodies = self.model.content.bodies
         site = self.model.content.sites[number]
         pose = pose_of(site.pos, site.quat)

@@ -77,7 +77,7 @@ def mjcf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OP
 
 
 def _ours(root: LocatedElement) -> frozenset[str]:
-    """Words that no note tells of: in a file of this library those that it writes for MuJoCo."""
+    """Words that are not noted: in a file of this library, those that it writes for MuJoCo."""
     texts = [text for custom in root.all("custom") for text in custom.all("text")]
     if any(text.get("name") == TAG for text in texts):
         return FOR_MUJOCO
@@ -160,7 +160,7 @@ class _MjcfReader:
 
         Args:
             driven: joints with actuators.
-            measuring: joints of tendons, which nobody drives.
+            measuring: joints of tendons, which have no drives.
         """
         joints = self.document.section("joints")
         active: list[str] = []

@@ -26,7 +26,7 @@ class Settings:
     Attributes:
         disabled: flags that are off.
         gravity: (3,) in the world [m/s^2].
-        shares: of the weight of a body that MuJoCo compensates, by its number, where they differ.
+        shares: by index of the body: share of its weight that MuJoCo compensates, if shares differ.
     """
 
     def __init__(self, model: MjcfModel) -> None:

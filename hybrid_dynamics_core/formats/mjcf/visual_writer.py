@@ -1,7 +1,7 @@
 """Visuals as geoms of MuJoCo, without mass and contacts.
 
-MuJoCo refuses a model whose meshes are not there, and reads STL and OBJ. Other meshes stand aside,
-with all else on their link, for this library alone.
+MuJoCo refuses a model with missing meshes, and reads STL and OBJ only. For links with other meshes,
+all visuals are written as extras, which only this library reads.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from ..visual_elements import mesh_uri, visual_entries
 from ..xml.writer import numbers_text
 
 INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
-_MESHES = (".stl", ".obj")  # that MuJoCo reads
-_SIZES = {  # of MuJoCo, over those of a visual
+_MESHES = (".stl", ".obj")  # suffixes that MuJoCo reads
+_SIZES = {  # by shape: function from sizes of a visual to those of MuJoCo
     "box": (0.5, 0.5, 0.5),
     "cylinder": (1.0, 0.5),
     "sphere": (1.0,),
@@ -29,24 +29,24 @@ _Asset = tuple[str, tuple[float, ...]]  # file and scale
 
 
 class VisualWriter:
-    """Writes the visuals of links.
+    """Writer of the visuals of links.
 
     Args:
-        robot: that is written.
-        folder: of the file, from which paths of meshes start; None for whole paths.
+        robot: the robot.
+        folder: folder of the file, to which paths of meshes are relative; None for absolute paths.
 
     Attributes:
-        numbers: of rods, so that no two have one name.
+        numbers: counter for unique names of rods.
     """
 
     def __init__(self, robot: RobotDescription, folder: Path | None) -> None:
         self.robot = robot
         self.folder = folder
         self.numbers = count()
-        self._names: dict[_Asset, str] = {}  # of meshes
+        self._names: dict[_Asset, str] = {}  # names of meshes
 
     def add_meshes(self, root: Element) -> None:
-        """Add every mesh that MuJoCo reads, once for each scale; no <asset> without any."""
+        """Add every mesh that MuJoCo reads, once for each scale, to an <asset>."""
         for visuals in self.robot.visuals.values():
             for visual in visuals:
                 if visual.uri and _is_read(visual):
@@ -60,7 +60,7 @@ class VisualWriter:
             SubElement(assets, "mesh", attributes, scale=numbers_text(scale))
 
     def add(self, body: Element, link: str) -> bool:
-        """Add all that moves with a link; whether there is anything."""
+        """Add all visuals that move with a link, and return whether there are any."""
         visuals = self.robot.visuals_on(link)
         for visual in visuals:
             if _is_read(visual):
@@ -68,7 +68,7 @@ class VisualWriter:
         return bool(visuals)
 
     def aside(self) -> Data:
-        """The visuals of links with a mesh that MuJoCo does not read, by link."""
+        """By link: its visuals, if it has a mesh that MuJoCo does not read."""
         entries: Data = {}
         for link in (self.robot.base, *self.robot.links):
             if not all(map(_is_read, self.robot.visuals_on(link))):

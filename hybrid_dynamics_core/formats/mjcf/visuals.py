@@ -1,4 +1,4 @@
-"""Shapes of MJCF as visuals: those of groups 0 to 2, which MuJoCo shows unless told otherwise."""
+"""Shapes of MJCF as visuals: those of groups 0 to 2, which MuJoCo shows by default."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .compiler.compiled import Geom
 from .compiler.model import MjcfModel
 from .poses import pose_entry, pose_of
 
-_LAST_SHOWN = 2  # group
-_SIZES = {  # of a description, over those of MuJoCo
+_LAST_SHOWN = 2  # largest group that is shown
+_SIZES = {  # by shape: function from sizes of MuJoCo to those of a description
     "box": (2.0, 2.0, 2.0),
     "cylinder": (1.0, 2.0),
     "sphere": (1.0,),
@@ -23,7 +23,7 @@ _SIZES = {  # of a description, over those of MuJoCo
 
 
 class VisualReader:
-    """Adds the shapes of bodies to their links. What is not shown is noted."""
+    """Adds the shapes of bodies to their links, with notes on shapes that are not shown."""
 
     def __init__(self, model: MjcfModel) -> None:
         self.model = model
@@ -33,7 +33,7 @@ class VisualReader:
         """Add all shapes.
 
         Args:
-            names: of links, by the numbers of bodies.
+            names: names of links by index of the body.
         """
         links = self.xml.document.section("links")
         for geom in self.model.content.geoms:
@@ -59,7 +59,7 @@ class VisualReader:
             self.xml.note(element, f"contacts of <geom> are left out{times}")
 
     def _reason_against(self, geom: Geom) -> str:
-        """Why a shape is not shown; empty where it is."""
+        """The reason why a shape is not shown; empty if it is shown."""
         if geom.group > _LAST_SHOWN:
             return f"group {geom.group}, which MuJoCo hides"
         if geom.colour and geom.colour[3] == 0.0:
@@ -87,7 +87,7 @@ class VisualReader:
         return entry
 
     def _file(self, geom: Geom) -> str:
-        """The path of a mesh; MuJoCo starts at the main file, also in included ones."""
+        """The path of a mesh, in included files too relative to the main file, as in MuJoCo."""
         assert geom.mesh is not None  # noqa: S101
         path = self.model.mesh_path(geom.mesh["file"])
         element = self.model.element(geom.line)
@@ -97,7 +97,7 @@ class VisualReader:
         return str(main.absolute().parent / path)
 
     def _colour(self, geom: Geom) -> list[float]:
-        """The colour as it is written, if the shape itself says it; MuJoCo keeps seven digits."""
+        """The colour as in the file if the shape has one; MuJoCo rounds to seven digits."""
         words = self.model.element(geom.line).get("rgba").split()
         written = [float(word) for word in words]
         if np.allclose(written or [2.0], geom.colour, atol=1e-6):
@@ -111,7 +111,7 @@ def _is_skewed(mesh: Data) -> bool:
 
 
 def _reference(mesh: Data) -> Transform:
-    """The pose of the file's frame in that of the mesh: MuJoCo takes `refpos`, `refquat` off."""
+    """The pose of the frame of the file in that of the mesh, by `refpos` and `refquat`."""
     back = pose_of([0.0, 0.0, 0.0], mesh["refquat"]).inverse()
     point = back.point(np.array(mesh["refpos"]))
     shift = [-a * b for a, b in zip(mesh["scale"], point.tolist(), strict=True)]

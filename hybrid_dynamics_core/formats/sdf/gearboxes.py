@@ -1,7 +1,7 @@
-"""Gearboxes of SDFormat: two links turn against a third one in a ratio, so one joint follows.
+"""Gearboxes of SDFormat: two links turn relative to a third one in a constant ratio.
 
-theta_2 = -ratio theta_1. theta_1 is the angle of the parent link against the reference body about
-<axis>, theta_2 that of the child link about <axis2>.
+theta_2 = -ratio theta_1. theta_1 is the angle of the parent link relative to the reference body
+about <axis>. theta_2 is that of the child link about <axis2>.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from .poses import ModelPoses
 
 GEARBOX = "gearbox"
 _HINGES = ("revolute", "continuous")
-_PARALLEL = 1e-3  # of unit vectors that mean one direction, in files with rounded angles
+_PARALLEL = 1e-3  # largest difference of equal unit vectors, in files with rounded angles
 
 
 class GearboxReader:
-    """Reads joints of type gearbox, after all others.
+    """Reader of joints of type gearbox, after all others.
 
     Args:
-        xml: the file, whose links and joints are in the document.
-        poses: of the model.
+        xml: the file, with links and joints already in the document.
+        poses: poses of the model.
         joints: all other joints of the model.
     """
 
@@ -38,7 +38,7 @@ class GearboxReader:
         self.hinges = [joint for joint in joints if joint.type in _HINGES]
 
     def add(self, gearbox: JointReader) -> None:
-        """Let the hinge of the child follow that of the parent.
+        """Make the hinge of the child a follower of that of the parent.
 
         Raises:
             DescriptionError: one of the links has no hinge on the reference body.

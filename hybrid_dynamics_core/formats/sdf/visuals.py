@@ -1,4 +1,4 @@
-"""Visuals of SDFormat, in both directions."""
+"""Reader and writer of visuals in SDFormat."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _WORDS = {
     "mesh": vocabulary("", "uri scale submesh"),
     "material": vocabulary("", "diffuse ambient"),
 }
-_SIZES = {  # elements of shapes, with how many numbers they have
+_SIZES = {  # by shape: its size elements, with their count of numbers
     "box": {"size": 3},
     "cylinder": {"radius": 1, "length": 1},
     "sphere": {"radius": 1},
@@ -40,7 +40,7 @@ _SIZES = {  # elements of shapes, with how many numbers they have
 
 
 class VisualReader:
-    """Reads the visuals of links. A wrong one is a note: it is no part of the mechanics."""
+    """Reader of the visuals of links. A wrong one is noted, since it has no mechanics."""
 
     def __init__(self, xml: XmlReader, poses: ModelPoses) -> None:
         self.xml = xml
@@ -48,7 +48,7 @@ class VisualReader:
         self.words = VisualWords(xml, _WORDS)
 
     def entries(self, link: LocatedElement, path: KeyPath) -> list[Data]:
-        """The visuals of a link as a description has them."""
+        """The visuals of a link as entries of a description."""
         entries: list[Data] = []
         for visual in link.all("visual"):
             if visual.get("name").startswith(ROD):
@@ -64,10 +64,10 @@ class VisualReader:
         return entries
 
     def entry(self, visual: LocatedElement, link: str, key: KeyPath) -> Data:
-        """A visual of a link as a description has it.
+        """A visual of a link as an entry of a description.
 
         Raises:
-            DescriptionError: it has no shape, or a value that is none.
+            DescriptionError: it has no shape, or a wrong value.
         """
         geometry = visual.first("geometry")
         shapes = []
@@ -104,7 +104,7 @@ class VisualReader:
         return shape_entry(self.xml, element, element.tag, sizes, key)
 
     def mesh(self, element: LocatedElement, key: KeyPath) -> Data:
-        """A <mesh> with its file and scale."""
+        """A <mesh> as an entry, with its file and scale."""
         uri = element.first("uri")
         if uri is None or not uri.text.strip():
             raise self.xml.error(element, key, "<mesh> has no <uri>")
@@ -117,7 +117,7 @@ class VisualReader:
         return mesh_entry(uri.text.strip(), scale)
 
     def colour(self, visual: LocatedElement, key: KeyPath) -> list[float] | None:
-        """The diffuse colour of a material, or else the ambient one; None where it has none."""
+        """The diffuse colour of a material, or else the ambient one; None if it has neither."""
         material = visual.first("material")
         if material is None:
             return None
@@ -125,7 +125,7 @@ class VisualReader:
         if element is None:
             return None
         text = element.text
-        if len(text.split()) == 3:  # the opacity may be left out
+        if len(text.split()) == 3:  # the opacity is optional
             element.text = f"{text} 1"
         colour = clipped(self.xml, element, self.xml.text_numbers(element, 4, key, ()))
         transparency = self.xml.text_number(visual.first("transparency"), key, 0.0)
@@ -135,11 +135,11 @@ class VisualReader:
 
 
 class VisualWriter:
-    """Writes the visuals of links.
+    """Writer of the visuals of links.
 
     Args:
-        robot: that is written.
-        folder: of the file, from which paths of meshes start; None for whole paths.
+        robot: the robot.
+        folder: folder of the file, to which paths of meshes are relative; None for absolute paths.
     """
 
     def __init__(self, robot: RobotDescription, folder: Path | None) -> None:
@@ -147,7 +147,7 @@ class VisualWriter:
         self.folder = folder
 
     def add(self, link: Element, name: str) -> bool:
-        """Add all that moves with a link; whether there is anything."""
+        """Add all visuals that move with a link, and return whether there are any."""
         visuals = self.robot.visuals_on(name)
         for k, visual in enumerate(visuals):
             element = SubElement(link, "visual", name=f"{name}_visual_{k}")
@@ -155,7 +155,7 @@ class VisualWriter:
         return bool(visuals)
 
     def fill(self, element: Element, visual: Visual) -> None:
-        """Add place, shape and colour to a <visual>."""
+        """Add pose, shape and colour to a <visual>."""
         frame = visual.frame
         numbers = [*frame.translation, *rpy_of(frame.rotation)]
         add_text(element, "pose", numbers_text(numbers))
@@ -174,7 +174,7 @@ class VisualWriter:
             _add_colour(element, visual.colour)
 
     def uri(self, visual: Visual) -> str:
-        """The file of a mesh; SDFormat has model:// for package://."""
+        """The URI of a mesh, with package:// replaced by model:// for SDFormat."""
         uri = mesh_uri(visual, self.folder, ("package://", "model://"), "file://")
         if uri.startswith("package://"):
             return uri.replace("package://", "model://", 1)

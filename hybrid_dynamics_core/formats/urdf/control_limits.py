@@ -1,4 +1,4 @@
-"""Limits of commands in <ros2_control>: a joint obeys them as well as those of its <limit>."""
+"""Command limits in <ros2_control>, which hold in addition to those of <limit>."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _NARROW = "limits of <ros2_control> that leave no range within those of <limit>;
 
 
 def add_control_limits(xml: XmlReader, element: LocatedElement, name: str, joint: Data) -> None:
-    """Narrow the limits of a joint by those of its command interfaces.
+    """Narrow the limits of a joint to those of its command interfaces.
 
     Args:
         xml: the URDF.
         element: the <joint> of a <ros2_control>.
-        name: of the joint.
-        joint: its entry in the document.
+        name: name of the joint.
+        joint: entry of the joint in the document.
 
     Raises:
         DescriptionError: a limit is no number.
@@ -55,7 +55,7 @@ def _narrow(
     joint: Data,
     limits: tuple[float, float],
 ) -> None:
-    """Leave what two ranges share."""
+    """Replace limits by their intersection with those of an interface."""
     lower, upper = joint.get("limits", (-math.inf, math.inf))
     narrow = (max(lower, limits[0]), min(upper, limits[1]))
     if not narrow[0] < narrow[1]:
@@ -65,7 +65,7 @@ def _narrow(
 
 
 def _range(xml: XmlReader, interface: LocatedElement, path: KeyPath) -> tuple[float, float]:
-    """Least and greatest command, infinite where none is given."""
+    """Smallest and largest command; infinite if not given."""
     ends = {"min": -math.inf, "max": math.inf}
     for param in interface.all("param"):
         end = param.get("name")
@@ -75,6 +75,6 @@ def _range(xml: XmlReader, interface: LocatedElement, path: KeyPath) -> tuple[fl
 
 
 def _are_enabled(element: LocatedElement) -> bool:
-    """Whether the limits of a joint or interface count."""
+    """Whether the limits of a joint or interface are enabled."""
     limits = element.first("limits")
     return limits is None or limits.get("enable").strip().lower() != "false"

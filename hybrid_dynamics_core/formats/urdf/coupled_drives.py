@@ -1,11 +1,11 @@
-"""Transmissions of a URDF through which two actuators move two joints together.
+"""Transmissions of a URDF that couple two actuators with two joints.
 
-With n_a and n_j for the reductions and d for the way of a joint from its offset:
+n_a and n_j are the reductions, x the position of an actuator, d that of a joint from its offset:
 
 * DifferentialTransmission: x_1 = n_a1 (n_j1 d_1 + n_j2 d_2), x_2 = n_a2 (n_j1 d_1 - n_j2 d_2).
 * FourBarLinkageTransmission: x_1 = n_a1 n_j1 d_1, x_2 = n_a2 (d_1 + n_j2 d_2).
 
-These are the rules of `transmission_interface` of ros2_control.
+The equations are those of `transmission_interface` of ros2_control.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ def transmission_type(element: LocatedElement) -> str:
 
 
 def add_coupled_drives(xml: XmlReader, element: LocatedElement) -> list[str]:
-    """Add the actuators of a differential or four-bar linkage as drives of both of its joints.
+    """Add the actuators of a differential or four-bar linkage as drives of both joints.
 
     Args:
-        xml: the URDF, whose joints the document has.
+        xml: the URDF, with joints already in the document.
         element: the <transmission>.
 
     Returns:
-        Names of the actuators; none where the transmission is of another type.
+        Names of the actuators; empty for other types of transmissions.
 
     Raises:
-        DescriptionError: a reduction is zero, or a name is taken.
+        DescriptionError: a reduction is zero, or a name is already used.
     """
     kind = transmission_type(element)
     if kind not in (DIFFERENTIAL, FOUR_BAR):
@@ -78,7 +78,7 @@ def _add_drive(
     joints: Sequence[_Side],
     row: Sequence[float],
 ) -> None:
-    """Add an actuator whose way is a sum of factor * way of each joint, times its reduction."""
+    """Add an actuator whose position is its reduction times a weighted sum of joint positions."""
     document = xml.document
     if actuator.name in (*document.section("joints"), *document.section("transmissions")):
         problem = f"the actuator '{actuator.name}' has the name of a joint or of another actuator"
@@ -94,13 +94,13 @@ def _add_drive(
 
 
 def _moves(xml: XmlReader, name: str) -> bool:
-    """Whether a joint has one freedom."""
+    """Whether a joint has one degree of freedom."""
     joint = xml.document.section("joints").get(name, {})
     return joint.get("type") in ("revolute", "prismatic")
 
 
 def _sides(xml: XmlReader, element: LocatedElement, tag: str) -> list[_Side]:
-    """The actuators or joints of a transmission, by their roles where they have any."""
+    """The actuators or joints of a transmission, in the order of their roles, if given."""
     children = element.all(tag)
     children.sort(key=_role)
     sides: list[_Side] = []
@@ -117,6 +117,6 @@ def _sides(xml: XmlReader, element: LocatedElement, tag: str) -> list[_Side]:
 
 
 def _role(element: LocatedElement) -> str:
-    """The role of an actuator or joint; empty where it has none."""
+    """The role of an actuator or joint; empty if it has none."""
     role = element.first("role")
     return element.get("role") if role is None else role.text.strip()

@@ -1,4 +1,4 @@
-"""The comment of a plain URDF that this library wrote: which loops are cut in it."""
+"""The comment on cut loops in a plain URDF that this library wrote."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ def comment_of(cut: str, omitted: str) -> str:
     """The comment at the top of a plain URDF.
 
     Args:
-        cut: names of the loops, with commas, or `NONE`.
-        omitted: what else URDF has no words for.
+        cut: names of the loops, separated by commas, or `NONE`.
+        omitted: other properties that URDF cannot express.
     """
     return f"Loops that are cut: {cut}. Not in this file: {omitted}."
 
 
 def note_cut_loops(xml: XmlReader) -> None:
-    """Say which loops are not in the file, where its comment names some."""
+    """Add a note on loops that are not in the file, if its comment names any."""
     match = _COMMENT.match(xml.root.comment)
     if match is None or match[1] == NONE or xml.document.section("closures"):
         return

@@ -1,4 +1,4 @@
-"""<gazebo> elements of a URDF: loops, springs and followers are read, all else is noted."""
+"""<gazebo> elements of a URDF: loops, springs and followers are read, others are noted."""
 
 from __future__ import annotations
 

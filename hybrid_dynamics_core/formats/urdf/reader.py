@@ -54,7 +54,8 @@ def add_urdf(
         file: the URDF.
         replacements: replacement of joints by name: SPHERICAL, FIXED, UJOINT_XY and so on.
         replacements_path: path of these entries, for errors.
-        is_alone: no other file says which joints are driven, and what else URDF has no words for.
+        is_alone: whether no other file has the driven joints and other data that URDF cannot
+            express.
 
     Returns:
         The name of the robot.
@@ -116,7 +117,8 @@ def expand_urdf(document: Document, is_alone: bool = False) -> str:
 
     Args:
         document: the description.
-        is_alone: no other file says which joints are driven, and what else URDF has no words for.
+        is_alone: whether no other file has the driven joints and other data that URDF cannot
+            express.
 
     Returns:
         The robot's name in the URDF; empty if the description names no URDF.

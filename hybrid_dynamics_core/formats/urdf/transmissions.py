@@ -27,7 +27,7 @@ class Drives:
         self.motors: list[str] = []
 
     def read(self) -> None:
-        """Read motors, rotors and followers, and add notes on all else."""
+        """Read motors, rotors and followers, and add notes on other elements."""
         transmissions = self.xml.root.all("transmission")
         for element in transmissions:
             self._read_transmission(element)

@@ -1,8 +1,8 @@
-"""Visuals of URDF, in both directions.
+"""Reader and writer of visuals in URDF.
 
-URDF has no capsules and no ellipsoids, and parsers refuse a file with a shape that they do not
-know. So a capsule is written as a cylinder with two spheres, and an ellipsoid as a sphere inside
-it; their names say what they stand for, and are read back so.
+URDF has no capsules and no ellipsoids, and parsers refuse a file with unknown shapes. So a capsule
+is written as a cylinder with two spheres, and an ellipsoid as a sphere inside it. By their names
+they are read back as the original shapes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..xml.reader import XmlReader
 from ..xml.vocabulary import vocabulary
 from ..xml.writer import number_text, numbers_text
 
-CAPSULE = f"{TAG}_capsule"  # begin names of visuals
+CAPSULE = f"{TAG}_capsule"  # prefix of names of visuals
 CAP = f"{TAG}_cap"
 ELLIPSOID = f"{TAG}_ellipsoid"
 
@@ -44,7 +44,7 @@ WORDS = {
     "material": vocabulary("name", "color"),
     "color": vocabulary("rgba"),
 }
-_SIZES = {  # attributes of shapes, with how many numbers they have
+_SIZES = {  # by shape: its size attributes, with their count of numbers
     "box": {"size": 3},
     "cylinder": {"radius": 1, "length": 1},
     "sphere": {"radius": 1},
@@ -55,7 +55,7 @@ _SIZES = {  # attributes of shapes, with how many numbers they have
 
 
 class VisualReader:
-    """Reads the visuals of links. A wrong one is a note: it is no part of the mechanics."""
+    """Reader of the visuals of links. A wrong one is noted, since it has no mechanics."""
 
     def __init__(self, xml: XmlReader) -> None:
         self.xml = xml
@@ -66,7 +66,7 @@ class VisualReader:
             self.materials.setdefault(material.get("name"), material)
 
     def entries(self, link: LocatedElement, path: KeyPath) -> list[Data]:
-        """The visuals of a link as a description has them."""
+        """The visuals of a link as entries of a description."""
         entries: list[Data] = []
         for visual in link.all("visual"):
             if visual.get("name").startswith((ROD, CAP + "_")):
@@ -82,10 +82,10 @@ class VisualReader:
         return entries
 
     def entry(self, visual: LocatedElement, key: KeyPath) -> Data:
-        """A visual as a description has it.
+        """A visual as an entry of a description.
 
         Raises:
-            DescriptionError: it has no shape, or a value that is none.
+            DescriptionError: it has no shape, or a wrong value.
         """
         geometry = visual.first("geometry")
         shapes = []
@@ -119,7 +119,7 @@ class VisualReader:
         return shape_entry(self.xml, element, shape, sizes, key)
 
     def stood_for(self, visual: LocatedElement, entry: Data, key: KeyPath) -> Data:
-        """The shape that one stands for, as its name says."""
+        """The original of a substitute shape, by its name."""
         name = visual.get("name")
         if name.startswith(CAPSULE) and "cylinder" in entry:
             return {"capsule": entry["cylinder"]}
@@ -131,7 +131,7 @@ class VisualReader:
         return entry
 
     def colour(self, material: LocatedElement | None, key: KeyPath) -> list[float] | None:
-        """The colour of a material, given here or at the root; None where none is."""
+        """The colour of a material, given here or at the root; None if it has none."""
         if material is None:
             return None
         color = material.first("color")
@@ -144,27 +144,27 @@ class VisualReader:
 
 
 class VisualWriter:
-    """Writes the visuals of links.
+    """Writer of the visuals of links.
 
     Args:
-        robot: that is written.
-        folder: of the file, from which paths of meshes start; None for whole paths.
+        robot: the robot.
+        folder: folder of the file, to which paths of meshes are relative; None for absolute paths.
     """
 
     def __init__(self, robot: RobotDescription, folder: Path | None) -> None:
         self.robot = robot
         self.folder = folder
-        self.numbers = count()  # so that no two visuals have one name
+        self.numbers = count()  # counter for unique names
 
     def add(self, link: Element, name: str) -> bool:
-        """Add all that moves with a link; whether there is anything."""
+        """Add all visuals that move with a link, and return whether there are any."""
         visuals = self.robot.visuals_on(name)
         for visual in visuals:
             self.add_visual(link, visual)
         return bool(visuals)
 
     def add_visual(self, link: Element, visual: Visual) -> None:
-        """Add a visual in one shape, or in several that look like it."""
+        """Add a visual as one shape, or as several substitute shapes."""
         if visual.shape == "capsule":
             self.add_capsule(link, visual)
         elif visual.shape == "ellipsoid":
@@ -197,7 +197,7 @@ class VisualWriter:
     def add_shape(
         self, link: Element, visual: Visual, name: str, shift: Array | float = 0.0
     ) -> Element:
-        """Add a <visual>, moved by a shift (3,) [m]; its <geometry>, which is empty."""
+        """Add a <visual>, moved by a shift (3,) [m], and return its empty <geometry>."""
         element = SubElement(link, "visual")
         if name:
             element.set("name", f"{name}{next(self.numbers)}")

@@ -123,7 +123,7 @@ def add_origin(element: Element, translation: Array, rotation: Array) -> None:
 
 
 def _add_link(root: Element, link: Link) -> Element:
-    """Add a <link>, with its <inertial> about the centre of mass where it has one."""
+    """Add a <link>, with an <inertial> about the centre of mass if it has mass."""
     element = SubElement(root, "link", name=link.name)
     if link.mass <= 0.0 and not link.inertia.any():
         return element

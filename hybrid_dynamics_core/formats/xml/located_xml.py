@@ -29,7 +29,7 @@ class LocatedElement:
         children: elements inside it.
         text: text directly inside it.
         file: its file.
-        comment: the first one of the file, where it is the root.
+        comment: the first comment of the file, for its root.
     """
 
     tag: str

@@ -86,7 +86,7 @@ def _status(nodes: Nodes, inputs: list[str]) -> str:
 
 
 def _not_finite(nodes: Nodes, inputs: list[str]) -> str:
-    """A sum of all numbers times zero, in four chains: NaN if a number is not finite, else zero."""
+    """Sum of all numbers times zero, in four chains: NaN if a number is not finite, or zero."""
     lanes = nodes.lanes
     results: dict[int, str] = {}  # without duplicates
     for output in nodes.trace.outputs:

@@ -1,1 +1,1 @@
-"""Visuals of links as triangles: primitive shapes, and meshes that a process of its own reads."""
+"""Visuals of links as triangles: primitive shapes, and meshes read by another process."""

@@ -1,4 +1,4 @@
-"""Files of meshes become triangles. trimesh works in a process beside this one."""
+"""Conversion of mesh files to triangles, with trimesh in another process."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from ...ground.arrays import Array
 from ...ground.regular_files import read_regular
 from .primitives import Faces
 
-MAX_SUM: Final = 200_000_000  # bytes of all meshes of a robot
-MAX_TRIANGLES: Final = 2_000_000  # of a robot
-MAX_SECONDS: Final = 20  # of computing, for one mesh
-_MAX_WAIT: Final = 60.0  # [s] until a process that does not answer is ended
-_MAX_BROKEN: Final = 3  # meshes that end the process, until no others are read
+MAX_SUM: Final = 200_000_000  # [bytes] all meshes of a robot
+MAX_TRIANGLES: Final = 2_000_000  # all triangles of a robot
+MAX_SECONDS: Final = 20  # computing time for one mesh
+_MAX_WAIT: Final = 60.0  # [s] timeout of the process
+_MAX_BROKEN: Final = 3  # number of crashes after which no more meshes are read
 _WORKER: Final = Path(__file__).with_name("worker.py")
 _ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 _OUT_OF_TIME: Final = -24  # SIGXCPU
-_MAX_CACHED: Final = 500  # meshes
+_MAX_CACHED: Final = 500  # largest number of cached meshes
 _DOCTYPE: Final = (b"<!DOCTYPE", b"<!ENTITY")
 _ARCHIVES: Final = (
     b"PK\x03\x04",
@@ -45,12 +45,12 @@ _INSTALL: Final = "meshes need trimesh: pip install trimesh pycollada"
 
 @dataclass(frozen=True, eq=False)
 class MeshPart:
-    """A part of a mesh, in the frame of its file.
+    """Part of a mesh, in the frame of its file.
 
     Attributes:
         vertices: (k, 3) [m].
         faces: (m, 3) indices of vertices.
-        colour: None where the file gives none.
+        colour: colour; None if the file has none.
     """
 
     vertices: Array
@@ -59,19 +59,19 @@ class MeshPart:
 
 
 class MeshError(Exception):
-    """A mesh is not read; the message reads as a clause."""
+    """A mesh could not be read; the message is a clause."""
 
 
 Result = tuple[MeshPart, ...] | MeshError
-_Stamp = tuple[Path, int, int]  # a file, when it was changed, and its size
+_Stamp = tuple[Path, int, int]  # a file, its modification time [ns], and its size [bytes]
 _CACHE: dict[_Stamp, tuple[MeshPart, ...]] = {}
 
 
 def read_meshes(files: Sequence[Path]) -> dict[Path, Result]:
-    """The parts of meshes, or why one is not read.
+    """By file: the parts of the mesh, or the reason why it was not read.
 
     Args:
-        files: of the meshes of one robot.
+        files: mesh files of one robot.
     """
     results: dict[Path, Result] = {}
     contents: dict[Path, _Content] = {}
@@ -113,7 +113,7 @@ def _keep(file: Path, parts: tuple[MeshPart, ...]) -> None:
 
 @dataclass(frozen=True)
 class _Content:
-    """The content of a mesh, and of the files that a glTF names."""
+    """Content of a mesh file, and of the files that a glTF refers to."""
 
     kind: str
     data: bytes
@@ -129,11 +129,11 @@ def _content(file: Path, most: int) -> _Content:
 
     Args:
         file: path of the mesh.
-        most: number of bytes.
+        most: largest number of bytes.
 
     Raises:
-        MeshError: it is larger than a mesh, an archive, or leads elsewhere.
-        OSError: it cannot be read.
+        MeshError: the file is too large, is an archive, or refers to files outside its folder.
+        OSError: the file cannot be read.
     """
     reason = reason_against(file)
     if reason:
@@ -159,7 +159,7 @@ def _bounded(file: Path) -> bytes:
 
 
 def _named_in(file: Path, data: bytes) -> dict[str, bytes]:
-    """The buffers of a glTF that stand in files below its folder."""
+    """The buffers of a glTF from files below its folder."""
     try:
         buffers = json.loads(data).get("buffers", [])
         uris = [buffer.get("uri", "") for buffer in buffers]
@@ -181,7 +181,7 @@ def _named_in(file: Path, data: bytes) -> dict[str, bytes]:
 
 
 def _parsed(contents: Mapping[Path, _Content]) -> Iterator[tuple[Path, Result]]:
-    """Meshes one after the other; a new process after one that has ended."""
+    """The results of the meshes; a crashed process is replaced."""
     remaining = list(contents)
     broken = 0
     triangles = MAX_TRIANGLES
@@ -206,7 +206,7 @@ class _EndedError(MeshError):
 
 
 class _Process:
-    """A process that reads meshes."""
+    """Process that reads meshes."""
 
     def __enter__(self) -> _Process:
         command = [sys.executable, "-I", "-S", "-B", str(_WORKER)]
@@ -230,7 +230,7 @@ class _Process:
         self.source.close()
 
     def ask(self, content: _Content, triangles: int) -> Result:
-        """The parts of a mesh, or why it is not read."""
+        """The parts of a mesh, or the reason why it was not read."""
         request = {
             "kind": content.kind,
             "size": len(content.data),
@@ -250,7 +250,7 @@ class _Process:
             timer.cancel()
 
     def answer(self) -> Result:
-        """What the process says to a request."""
+        """The answer of the process to a request."""
         line = self.source.readline()
         if not line.endswith(b"\n"):
             return self.ended()
@@ -272,14 +272,14 @@ class _Process:
         return tuple(parts)
 
     def array(self, rows: int, kind: str) -> Any:
-        """(rows, 3) numbers; None where the process ended before."""
+        """An array (rows, 3); None if the process ended before."""
         data = self.source.read(rows * 24)
         if len(data) < rows * 24:
             return None
         return np.frombuffer(data, kind).reshape(rows, 3)
 
     def send(self, *parts: bytes) -> None:
-        """Write to the process; where it has ended, its answer will not come."""
+        """Write to the process. If it has ended, reading the answer will fail."""
         pipe = _pipe(self.process.stdin)
         with contextlib.suppress(BrokenPipeError):
             for part in parts:
@@ -287,7 +287,7 @@ class _Process:
             pipe.flush()
 
     def ended(self) -> _EndedError:
-        """Why the process has no answer."""
+        """The error for a process that ended."""
         try:
             code = self.process.wait(timeout=5.0)
         except subprocess.TimeoutExpired:
@@ -313,6 +313,6 @@ def _colour(levels: list[int] | None) -> Colour | None:
 
 
 def _pipe(pipe: IO[bytes] | None) -> IO[bytes]:
-    """A pipe of a process that has one."""
+    """A pipe of the process, without None."""
     assert pipe is not None  # noqa: S101
     return pipe

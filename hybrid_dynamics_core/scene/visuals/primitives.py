@@ -1,6 +1,6 @@
 """Primitive shapes as triangles, counterclockwise seen from outside.
 
-Sharp edges have vertices of their own on either side, so that smooth shading keeps them.
+Vertices at sharp edges are duplicated, so that smooth shading preserves the edges.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from ...ground.arrays import Array
 Faces = NDArray[np.int64]
 Triangles = tuple[Array, Faces]  # vertices (k, 3), and their indices by triangle (m, 3)
 _AROUND: Final = 48  # corners of a circle
-_RINGS: Final = 12  # between the equator and a pole
+_RINGS: Final = 12  # rings between the equator and a pole
 
 
 def triangles_of(shape: str, size: Sequence[float]) -> Triangles:
-    """The surface of a primitive shape, its middle at the origin.
+    """The surface of a primitive shape, centred at the origin.
 
     Args:
         shape: box, cylinder, sphere, capsule or ellipsoid.
@@ -57,7 +57,7 @@ def _box(half: Array) -> Triangles:
 
 
 def _ball(radius: float, half: float) -> Triangles:
-    """A sphere, its halves moved apart along z by `half` each."""
+    """A sphere, with its halves moved by `half` along z in opposite directions."""
     angles = np.linspace(-0.5 * np.pi, 0.0, _RINGS + 1)
     lower = np.stack([radius * np.cos(angles), radius * np.sin(angles) - half], axis=1)
     upper = lower[::-1] * (1.0, -1.0)
@@ -65,7 +65,7 @@ def _ball(radius: float, half: float) -> Triangles:
 
 
 def _revolved(profile: Array) -> Triangles:
-    """A surface turned about z from (radius, height) of its corners (n, 2), from bottom to top."""
+    """A surface of revolution about z, from its profile (n, 2) [radius, height], upwards."""
     angles = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
     radii, heights = profile.T
     x = np.outer(radii, np.cos(angles))

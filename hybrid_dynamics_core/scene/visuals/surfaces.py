@@ -16,7 +16,7 @@ from ..skeleton import Pose
 from .meshes import MeshError, MeshPart, Result, read_meshes
 from .primitives import Faces, triangles_of
 
-_STEEL: Final = (0.76, 0.8, 0.84, 1.0)  # of what has no colour
+_STEEL: Final = (0.76, 0.8, 0.84, 1.0)  # default colour
 _ANGLES: Final = np.linspace(0.0, 2.0 * np.pi, 65)[:-1]
 _DIRECTIONS: Final = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
@@ -29,7 +29,7 @@ class Surface:
         link: a moving link or the base.
         vertices: (k, 3) in the axes of the link [m].
         faces: (m, 3) indices of vertices, counterclockwise seen from outside.
-        colour: of all of it.
+        colour: colour of all triangles.
     """
 
     link: str
@@ -41,13 +41,13 @@ class Surface:
         """The surface in base axes.
 
         Args:
-            poses: of the links.
+            poses: poses of the links.
         """
         rotation, origin = poses[self.link]
         return replace(self, vertices=self.vertices @ rotation.T + origin)
 
     def box(self) -> Array:
-        """(8, 3) corners of the box around it, along the axes of its vertices [m]."""
+        """Corners (8, 3) of its bounding box [m]."""
         ends = np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
         corners = np.array(list(product((0, 1), repeat=3)))
         return np.asarray(ends[corners, np.arange(3)])
@@ -58,8 +58,8 @@ class Surfaces:
     """All surfaces of a robot.
 
     Attributes:
-        surfaces: in the axes of their links.
-        problems: why meshes are not among them, in sentences.
+        surfaces: surfaces in the axes of their links.
+        problems: sentences on meshes that could not be read.
     """
 
     surfaces: tuple[Surface, ...] = ()
@@ -67,7 +67,7 @@ class Surfaces:
 
     @property
     def links(self) -> frozenset[str]:
-        """Links that have a surface."""
+        """Names of links that have a surface."""
         return frozenset(surface.link for surface in self.surfaces)
 
 
@@ -75,10 +75,10 @@ NONE: Final = Surfaces()
 
 
 def surfaces_of(robot: RobotDescription) -> Surfaces:
-    """The surfaces of a robot; meshes are opened here.
+    """Read the surfaces of a robot, including its mesh files.
 
     Args:
-        robot: whose visuals they are.
+        robot: the robot.
     """
     visuals = [visual for of_link in robot.visuals.values() for visual in of_link]
     files = [visual.file for visual in visuals if visual.file is not None]
@@ -116,17 +116,17 @@ def _surface(visual: Visual, vertices: Array, faces: Faces, colour: Colour | Non
 
 
 def outline(points: Array) -> Array:
-    """(n, 2) corners of the convex outline of points (k, 2) in 64 directions, counterclockwise."""
+    """Corners (n, 2) of the convex outline of points (k, 2) in 64 directions, counterclockwise."""
     farthest = np.argmax(points @ _DIRECTIONS, axis=0)
     return np.asarray(points[farthest])
 
 
 def is_covered(part: Part, links: frozenset[str]) -> bool:
-    """Whether surfaces stand for a part: a body of their links, or what slides between two.
+    """Whether surfaces replace a part: a body of their links, or a part that slides between two.
 
     Args:
-        part: of the skeleton.
-        links: that have surfaces.
+        part: part of the skeleton.
+        links: links with surfaces.
     """
     kind, _, name = part.owner.partition(":")
     if kind == "link":

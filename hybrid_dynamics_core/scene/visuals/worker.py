@@ -1,10 +1,10 @@
-"""The process that reads meshes: trimesh, and nothing that it could reach.
+"""The process that reads meshes with trimesh, isolated from files and network.
 
-It is run by its path and imports only trimesh, NumPy and the standard library. It gets the content
-of files and opens none itself. The system ends it if it needs too much time or memory.
+It is run by its path and imports only trimesh, NumPy and the standard library. It receives the
+content of files and opens none itself. Resource limits of the system bound its time and memory.
 
-A request is a line of JSON with sizes, and then the content; an answer is a line of JSON, and then
-vertices and faces of every part.
+A request is a line of JSON with sizes, followed by the content. An answer is a line of JSON,
+followed by vertices and faces of every part.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 from urllib.parse import unquote
 
 _MEMORY = 1_000_000_000  # bytes
-_SAMPLES = {  # loaded before the limits apply, since libraries import what they need when needed
+_SAMPLES = {  # read before the limits apply, so that lazy imports of the libraries happen before
     "stl": b"solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
     b"endloop\nendfacet\nendsolid s\n",
     "obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
@@ -47,7 +47,7 @@ _Part = tuple[Any, Any, list[int] | None]  # vertices, faces, colour
 def parts_of(content: bytes, kind: str, files: dict[str, bytes]) -> list[_Part]:
     """The parts of a mesh in the frame of its file."""
     decoded = {unquote(name): data for name, data in files.items()}
-    beside = {**decoded, **files}  # versions of trimesh ask for the one or the other
+    beside = {**decoded, **files}  # by version, trimesh uses one or the other name
     scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, resolver=beside, process=False)
     scale = 1.0
     unit = _UNIT.search(content)
@@ -68,7 +68,7 @@ def parts_of(content: bytes, kind: str, files: dict[str, bytes]) -> list[_Part]:
 
 
 def colour_of(visual: Any) -> list[int] | None:
-    """The main colour of a mesh, 0 to 255; None where it has none."""
+    """The main colour of a mesh, 0 to 255; None if it has none."""
     if not visual.defined:
         return None
     material = getattr(visual, "material", visual)
@@ -79,7 +79,7 @@ def colour_of(visual: Any) -> list[int] | None:
 
 
 def answer(request: dict[str, Any], source: Any) -> tuple[dict[str, Any], list[bytes]]:
-    """What is sent for a request: a line, and arrays."""
+    """The answer to a request: a line, and arrays as bytes."""
     content = source.read(request["size"])
     files = {name: source.read(size) for name, size in request["files"].items()}
     try:
@@ -101,7 +101,7 @@ def answer(request: dict[str, Any], source: Any) -> tuple[dict[str, Any], list[b
 
 
 def serve(source: Any, target: Any) -> None:
-    """Answer requests until there are no more."""
+    """Answer requests until the input ends."""
     while True:
         line = source.readline()
         if not line:
@@ -125,7 +125,7 @@ import trimesh  # type: ignore[import-untyped,unused-ignore]  # noqa: E402
 answers = os.fdopen(os.dup(1), "wb")
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # discards what libraries print
 for sample_kind, sample in _SAMPLES.items():
-    with contextlib.suppress(Exception):  # a library may be missing, which its request says
+    with contextlib.suppress(Exception):  # a missing library is reported by its request
         parts_of(sample, sample_kind, {})
 resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
 resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))

@@ -1,7 +1,7 @@
-"""Efforts of the active joints that the pressures of a recording measure, at any stamps.
+"""Efforts of the active joints at given stamps, from recorded pressures.
 
-The node joins a joint state with what came before it. Here what comes after is there too: forces
-are linear between two readings, so that they are not late.
+The node combines a joint state with the last pressures before it. Here later ones are available
+too, and forces are interpolated linearly between two readings. So they have no delay.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ Stamps = NDArray[np.int64]
 
 
 class PressureEfforts:
-    """What pressures say of the efforts.
+    """Efforts from pressures.
 
     Attributes:
-        topic: where the pressures are; empty where there are none.
+        topic: topic of the pressures; empty if there is none.
     """
 
     def __init__(self, robot: Robot, source: BagReader, max_age: float) -> None:
-        """Read all pressures of a bag; messages that cannot be used are added to its losses.
+        """Read all pressures of a bag; unusable messages are added to its losses.
 
         Args:
             robot: the robot.
             source: the bag.
-            max_age: how far readings may be from a stamp [s].
+            max_age: largest time between a reading and a stamp [s].
         """
         self.topic = pressure_topic(source)
         self._robot = robot
@@ -47,11 +47,11 @@ class PressureEfforts:
                     self._readings[drive][measured.stamp_ns] = float(measured.forces[drive])
 
     def efforts(self, stamps: Stamps, state: ClosedState) -> FloatArray:
-        """Efforts of the active joints (N, n) [N m or N]; NaN where they are not measured.
+        """Efforts of the active joints (N, n) [N m or N]; NaN if not measured.
 
         Args:
-            stamps: (N,) [ns].
-            state: closed there, a batch of N.
+            stamps: stamps (N,) [ns].
+            state: closed states at the stamps, a batch of N.
         """
         active = len(self._robot.active)
         efforts = np.full((len(stamps), active), np.nan)
@@ -67,13 +67,13 @@ class PressureEfforts:
         return np.where(moves.any(axis=1), parts.sum(axis=1), np.nan)
 
     def forces(self, stamps: Stamps) -> FloatArray:
-        """Forces along the drives (N, d) [N]; NaN where they are not measured."""
+        """Forces along the drives (N, d) [N]; NaN if not measured."""
         columns = [_between(readings, stamps, self._reach) for readings in self._readings]
         return np.stack(columns, axis=1)
 
 
 def _between(readings: dict[int, float], stamps: Stamps, reach: int) -> FloatArray:
-    """Values (N,) between readings by stamp [ns], where the next ones are within reach [ns]."""
+    """Values (N,) between readings by stamp [ns]; NaN without readings within `reach` [ns]."""
     if not readings:
         return np.full(len(stamps), np.nan)
     times = np.array(sorted(readings), dtype=np.int64)

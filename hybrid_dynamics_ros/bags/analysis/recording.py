@@ -48,7 +48,7 @@ class EvaluatedRecording:
         stamps: intervals between the stamps of all samples.
         errors: statistics of recorded minus computed efforts over all samples.
         losses: parts of the bag that could not be read.
-        pressure_topic: with pressures of the cylinders; empty where there is none.
+        pressure_topic: topic with pressures of the cylinders; empty if there is none.
         pressed: active joints whose recorded efforts are those that pressures measure.
         smooth: estimator of accelerations, one of `job.SMOOTHINGS`.
         causal_lag: lag of the node's filter [s].
@@ -98,7 +98,7 @@ class EvaluatedRecording:
 
     @property
     def pressure_source(self) -> str:
-        """Which recorded efforts are from pressures, in words; empty where none are."""
+        """A text on recorded efforts from pressures; empty if there are none."""
         if not self.pressed:
             return ""
         return f"{', '.join(self.pressed)}: from the pressures on {self.pressure_topic}"

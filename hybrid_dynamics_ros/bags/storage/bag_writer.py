@@ -159,7 +159,7 @@ def require_replaceable(path: Path) -> None:
     """Check that a path is missing, an empty folder or a bag.
 
     Raises:
-        BagCallError: it is something else.
+        BagCallError: the path is no bag.
     """
     if not path.exists():
         return

@@ -182,7 +182,7 @@ class McapReader:
         return self._record_at(after)
 
     def _problem_at(self, start: int) -> str:
-        """Why there is no record at an offset; empty if there is one."""
+        """The reason why there is no record at an offset; empty if there is one."""
         file_end = len(self._map)
         if start + RECORD_HEAD.size > file_end:
             return f"ends at byte {file_end} without its index: it was cut off or never closed"

@@ -1,8 +1,8 @@
-"""sqlite3 files whose recorder did not finish: what it left beside them is taken in.
+"""Recovery of sqlite3 files whose recorder was killed, from the logs next to them.
 
 A write-ahead log (`-wal`) has messages that are not in the file yet, in the worst case all of them.
-A rollback journal (`-journal`) has what the file was before a write that did not end. SQLite takes
-both in when it opens the file, and writes to do so. It does that in a copy: bags stay as they are.
+A rollback journal (`-journal`) has the content before an incomplete write. SQLite applies both when
+it opens the file, and changes it. This is done in a copy, so bags are not changed.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ JOURNAL: Final = "-journal"
 # https://www.sqlite.org/fileformat2.html#walformat: page size, and the salts that its frames repeat
 _HEADER: Final = struct.Struct(">8xI4xII8x")
 _FRAME: Final = struct.Struct(">8xII8x")
-_JOURNAL_MARK: Final = bytes.fromhex("d9d505f920a163d7")  # of one that is to be rolled back
+_JOURNAL_MARK: Final = bytes.fromhex("d9d505f920a163d7")  # of a journal to be rolled back
 
 Lose = Callable[[str], None]
 
 
 class Leftovers:
-    """What a recorder left beside a file, and the copy in which it is taken in."""
+    """Logs that a recorder left next to a file, and the copy to which they are applied."""
 
     def __init__(self, path: Path, lose: Lose) -> None:
-        """Copy the file and what is beside it, where there is something.
+        """Copy the file and its logs, if there are any.
 
         Args:
             path: the file.
-            lose: is told what cannot be taken in.
+            lose: function with a text on content that cannot be recovered.
         """
         self._path, self._lose = path, lose
         self._beside = [place for place in map(self._place, (LOG, JOURNAL)) if _has_content(place)]
@@ -43,7 +43,7 @@ class Leftovers:
             self._copy()
 
     def connect(self) -> sqlite3.Connection:
-        """Open the file as it is, or the copy. Raises sqlite3.Error."""
+        """Open the file, or the copy if there are logs. Raises sqlite3.Error."""
         if self._folder is None:
             return sqlite3.connect(f"{self._path.absolute().as_uri()}?immutable=1", uri=True)
         base = sqlite3.connect(Path(self._folder.name) / self._path.name)
@@ -57,7 +57,7 @@ class Leftovers:
         return base
 
     def close(self) -> None:
-        """Throw the copy away."""
+        """Delete the copy."""
         if self._folder is not None:
             self._folder.cleanup()
 
@@ -76,7 +76,7 @@ class Leftovers:
             self._lose(f"{names} beside it cannot be taken in, which takes a copy ({error})")
 
     def _tell(self, base: sqlite3.Connection) -> None:
-        """Tell what of the files beside was not taken in."""
+        """Report the content of the logs that was not recovered."""
         for source in self._beside:
             if source.name.endswith(JOURNAL):
                 self._tell_journal(source)
@@ -100,9 +100,9 @@ class Leftovers:
 
 
 def frames_of(log: Path) -> int:
-    """How many frames a write-ahead log has up to the last one of its present run, whole or not.
+    """Number of frames of the current run in a write-ahead log, complete or not.
 
-    Frames of an earlier run, which are in the file already, have both salts otherwise.
+    Frames of an earlier run, which are in the file already, have other salts.
     """
     with log.open("rb") as file:
         start = file.read(_HEADER.size)

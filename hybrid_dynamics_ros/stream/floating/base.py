@@ -87,7 +87,7 @@ class OdometryInput:
     """Receives odometry of the base, and stores the newest.
 
     Attributes:
-        base: of the robot.
+        base: the floating base of the robot.
         topic: topic of odometry, for texts.
         newest: motion at the newest message; None before the first.
         max_age: largest difference to the stamp of a joint state [s].
@@ -98,7 +98,7 @@ class OdometryInput:
         """Start without measurements.
 
         Args:
-            base: of the robot.
+            base: the floating base of the robot.
             topic: topic of odometry.
             link: name of the base's link in messages.
             max_age: largest difference to the stamp of a joint state [s].

@@ -1,4 +1,4 @@
-"""Models that an MJCF file attaches: each in a file of its own, which MuJoCo gets as a text."""
+"""Models attached by an MJCF file, each from another file, passed to MuJoCo as text."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ _MAX_FILES = 100
 
 
 class AttachedModels:
-    """The models that a file names in its assets, and those that these name.
+    """Attached models of a file, including nested ones.
 
     Attributes:
-        roots: of the models by plain names, which MuJoCo gets in place of paths.
-        names: plain names by the identity of <model> elements.
+        roots: by plain name: root of the model. MuJoCo gets these names in place of paths.
+        names: by identity of a <model> element: its plain name.
 
     Args:
-        xml: the first file, whose includes are open.
-        packages: files that may be read.
+        xml: the main file, with includes inserted.
+        packages: access to files that may be read.
 
     Raises:
-        DescriptionError: a file is not there or out of reach, is no MJCF, or attaches itself.
+        DescriptionError: a file is missing or must not be read, is no MJCF, or attaches itself.
     """
 
     def __init__(self, xml: XmlReader, packages: Packages) -> None:
@@ -38,7 +38,7 @@ class AttachedModels:
         self._open(xml.root, (xml.file,))
 
     def _open(self, root: LocatedElement, files: tuple[Path, ...]) -> None:
-        """Open the models that the last of some files names; each attaches the one behind it."""
+        """Open the models attached by the last file of a chain of attached files."""
         for element in _models(root):
             file = self._file(element, files[-1].parent)
             if file.resolve() in {around.resolve() for around in files}:

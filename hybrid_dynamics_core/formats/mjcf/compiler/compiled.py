@@ -66,7 +66,7 @@ class Geom:
     """A shape on a body.
 
     Attributes:
-        kind: box, cylinder, sphere, capsule, ellipsoid or mesh; empty for all else.
+        kind: box, cylinder, sphere, capsule, ellipsoid or mesh; empty for others.
         mesh: its file, scale, refpos and refquat.
         size: as MuJoCo has it: half lengths.
         colour: nothing where nobody gives any.

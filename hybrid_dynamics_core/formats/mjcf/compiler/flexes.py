@@ -1,4 +1,4 @@
-"""Flexes of MJCF: bodies that bend are no rigid bodies, and are left out where they stand free."""
+"""Flexes (deformable bodies) of MJCF, left out if not attached to moving bodies."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ _JOINTS = ("joint", "freejoint")
 
 
 def leave_out_flexes(xml: XmlReader) -> list[LocatedElement]:
-    """Take out flexes on what stands still: contacts alone would tie them to the robot.
+    """Remove flexes on fixed bodies, which affect the robot only by contacts.
 
     Args:
-        xml: the file, whose includes are open.
+        xml: the file, with includes inserted.
 
     Returns:
-        What is left out; each has a note.
+        The removed elements; each has a note.
 
     Raises:
-        DescriptionError: a flex is fixed to a body that moves, which it pulls and loads.
+        DescriptionError: a flex is attached to a moving body, on which it would exert forces.
     """
     flexes: list[LocatedElement] = []
     for world in xml.root.all("worldbody"):
@@ -52,7 +52,7 @@ def _take_out(
 
 
 def _take_out_keyframes(xml: XmlReader) -> None:
-    """Take out keyframes, which have the coordinates of flexes too."""
+    """Remove keyframes, since they contain coordinates of flexes too."""
     for keyframe in xml.root.all("keyframe"):
         xml.note(keyframe, "<keyframe> is left out: it has coordinates of a flex")
     xml.root.children = [child for child in xml.root.children if child.tag != "keyframe"]

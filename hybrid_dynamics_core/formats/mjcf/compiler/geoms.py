@@ -1,4 +1,4 @@
-"""Shapes in the process that compiles MJCF: which there are, and where they are on their bodies.
+"""Shapes (geoms) in the process that compiles MJCF, with their poses on bodies.
 
 The worker loads this file by its path. It imports only MuJoCo and NumPy.
 """
@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-_GREY = (0.5, 0.5, 0.5, 1.0)  # of a shape whose colour nobody gives
+_GREY = (0.5, 0.5, 0.5, 1.0)  # default colour of MuJoCo
 _GEOM = mujoco.mjtGeom
 _KINDS = {
     _GEOM.mjGEOM_SPHERE: "sphere",
@@ -25,7 +25,7 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class _Shown:
-    """A shape with its kind, the names of its mesh and material, and whether it has contacts."""
+    """Shape with its kind, the names of its mesh and material, and whether it has contacts."""
 
     geom: Any
     kind: str
@@ -35,11 +35,11 @@ class _Shown:
 
 
 class Geoms:
-    """The shapes of a model. Meshes are described before they are taken out.
+    """Shapes of a model. Meshes are recorded before they are removed.
 
     Attributes:
         shown: all shapes.
-        meshes: by name.
+        meshes: meshes by name.
         materials: colours by name.
     """
 
@@ -53,20 +53,20 @@ class Geoms:
                 "refpos": mesh.refpos.tolist(),
                 "refquat": mesh.refquat.tolist(),
             }
-        self.hidden: dict[int, int] = {}  # how many there are, by number of the body
+        self.hidden: dict[int, int] = {}  # by index of the body: number of hidden shapes
         self.materials = {material.name: material.rgba for material in spec.materials}
 
     def add(self, geom: Any) -> None:
-        """Keep a shape, whose material MuJoCo does not need."""
+        """Record a shape, and remove its material."""
         kind = _KINDS.get(geom.type, "")
         if geom.meshname and kind != "mesh":
-            kind = ""  # it would have the size of a mesh
+            kind = ""  # the size would be that of the mesh
         touches = bool(geom.contype or geom.conaffinity)
         self.shown.append(_Shown(geom, kind, geom.meshname, geom.material, touches))
         geom.material = ""
 
     def hide(self, geom: Any, body: int) -> None:
-        """Put a small ball without mass in place of a mesh: its place is computed all the same."""
+        """Replace a mesh by a small massless ball, whose pose MuJoCo still computes."""
         geom.type = _GEOM.mjGEOM_SPHERE
         geom.meshname = ""
         geom.hfieldname = ""
@@ -76,7 +76,7 @@ class Geoms:
         self.hidden[body] = self.hidden.get(body, 0) + 1
 
     def weigh(self, body: Any) -> bool:
-        """Whether a body has shapes that may give it a mass."""
+        """Whether a body has shapes that may contribute mass."""
         return len(body.geoms) > self.hidden.get(body.id, 0)
 
     def content(self, model: Any) -> list[dict[str, Any]]:
@@ -102,7 +102,7 @@ class Geoms:
         }
 
     def _colour(self, geom: Any, material: str) -> list[float]:
-        """The colour of a shape: its own, or that of its material; nothing where it has none."""
+        """The colour of a shape: its own, or that of its material; empty if it has none."""
         rgba = geom.rgba
         if tuple(rgba.tolist()) == _GREY:
             rgba = self.materials.get(material, [])
@@ -110,7 +110,7 @@ class Geoms:
 
 
 def _without_mesh_pose(model: Any, k: int) -> tuple[Any, Any]:
-    """The pose of a shape as written; MuJoCo moves a mesh to its centre of mass."""
+    """The pose of a shape as in the file, although MuJoCo moves a mesh to its centre of mass."""
     pos, quat = model.geom_pos[k], model.geom_quat[k]
     mesh = model.geom_dataid[k]
     if model.geom_type[k] != _GEOM.mjGEOM_MESH or mesh < 0:
