@@ -117,7 +117,7 @@ def add_switch(gui: viser.GuiApi, visuals: Visuals, enqueue: Enqueue, show: Any)
         gui.add_html(note_html(". ".join(visuals.surfaces.problems)))
     if not visuals.handles:
         return None
-    checkbox = gui.add_checkbox("Skeleton in place of visuals", False)
+    checkbox = gui.add_checkbox("Skeleton", False)
 
     @checkbox.on_update
     @in_order

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import functools
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -83,6 +86,24 @@ def test_the_switch_is_there_where_there_are_visuals(arm: Robot, forging: Robot)
         assert not any(handle.visible for handle in viewer.scene_view.visuals.handles)
     with open_viewer(forging, port=0) as viewer:
         assert viewer.switch is None
+
+
+def test_the_switch_asks_for_what_a_person_wants() -> None:
+    """What the program sets is no request."""
+    from hybrid_dynamics_core.view.visuals import add_switch
+
+    box, asked = SimpleNamespace(value=False), []
+    box.on_update = functools.partial(setattr, box, "listener")
+    gui = SimpleNamespace(add_checkbox=lambda *_: box)
+    visuals = SimpleNamespace(surfaces=SimpleNamespace(problems=()), handles=["one"])
+    assert add_switch(gui, visuals, lambda key, act: asked.append((key, act)), asked.append) is box
+    box.value = True
+    asyncio.run(box.listener(SimpleNamespace(client=None, target=box)))
+    assert asked == []
+    asyncio.run(box.listener(SimpleNamespace(client="browser", target=box)))
+    ((key, act),) = asked
+    act()
+    assert (key, asked[1]) == ("skeleton", True)
 
 
 def test_a_mesh_that_is_not_read_is_named_and_the_view_opens(
