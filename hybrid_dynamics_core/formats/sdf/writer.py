@@ -35,7 +35,7 @@ from ..extras_writer import (
 from ..visual_elements import ROD, visual_entries
 from ..xml.writer import add_text, insert_comment, number_text, numbers_text, xml_text
 from .poses import WORLD
-from .visuals import VisualWriter
+from .visual_writer import VisualWriter
 
 _VERSION = "1.11"
 _NAMESPACE = f"urn:{TAG}"  # SDFormat requires a namespace for foreign elements

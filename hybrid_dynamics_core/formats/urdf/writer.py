@@ -20,7 +20,7 @@ from ..visual_elements import ROD
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
 from .cut_loops import NONE, comment_of
 from .joints import UNLIMITED
-from .visuals import VisualWriter
+from .visual_writer import VisualWriter
 
 FEATURES = frozenset(
     {Feature.FRICTION, Feature.MIMIC, Feature.EFFORT_LIMITS, Feature.VELOCITY_LIMITS}
