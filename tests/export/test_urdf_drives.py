@@ -104,8 +104,13 @@ def test_what_is_no_coupled_drive_is_noted_as_before(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="has the reduction 0") as caught:
         robot(tmp_path, wrong.replace(">2<", ">0<"))
     assert caught.value.line == 17
-    with pytest.raises(DescriptionError, match="'r' has the name of a joint"):
-        robot(tmp_path, wrong.replace('name="one"', 'name="r"'))
+    machine = robot(tmp_path, wrong.replace('name="one"', 'name="r"'))
+    assert machine.all_drives == ("a", "r_motor", "two")
+    assert any("'r' is called 'r_motor' here" in note for note in machine.description.notes)
+    twice = wrong + OF_ROS_2.replace("KIND", "DifferentialTransmission")
+    assert robot(tmp_path, twice).all_drives == ("a", "one", "two")
+    third = wrong.replace("</transmission>", '<joint name="a"/></transmission>')
+    assert robot(tmp_path, third).all_drives == ("a", "p", "r")
 
 
 CONTROL = """<ros2_control name="c" type="system"><joint name="p">

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ...description.document import KeyPath
+from ...description.document import Data, KeyPath
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 
@@ -51,46 +51,56 @@ def add_coupled_drives(xml: XmlReader, element: LocatedElement) -> list[str]:
         Names of the actuators; empty for other types of transmissions.
 
     Raises:
-        DescriptionError: a reduction is zero, or a name is already used.
+        DescriptionError: a reduction is zero.
     """
     kind = transmission_type(element)
     if kind not in (DIFFERENTIAL, FOUR_BAR):
         return []
     actuators = _sides(xml, element, "actuator")
     joints = _sides(xml, element, "joint")
-    moving = [joint for joint in joints if _moves(xml, joint.name)]
-    if len(actuators) != 2 or len(moving) != 2:
+    if len(actuators) != 2 or len(joints) != 2:
+        return []
+    if not all(_moves(xml, joint.name) for joint in joints):
         return []
     first, second = joints
     if kind == DIFFERENTIAL:
         rows = [(first.reduction, second.reduction), (first.reduction, -second.reduction)]
     else:
         rows = [(first.reduction, 0.0), (1.0, second.reduction)]
+    names: list[str] = []
+    drives = xml.document.section("transmissions")
     for actuator, row in zip(actuators, rows, strict=True):
-        _add_drive(xml, element, actuator, joints, row)
-    return [actuator.name for actuator in actuators]
+        entry = _entry(actuator, joints, row)
+        name = actuator.name
+        if drives.get(name) != entry:  # else the file has the transmission twice
+            name = _free_name(xml, element, name)
+            xml.add(("transmissions", name), entry, element)
+        names.append(name)
+    return names
 
 
-def _add_drive(
-    xml: XmlReader,
-    element: LocatedElement,
-    actuator: _Side,
-    joints: Sequence[_Side],
-    row: Sequence[float],
-) -> None:
-    """Add an actuator whose position is its reduction times a weighted sum of joint positions."""
+def _free_name(xml: XmlReader, element: LocatedElement, name: str) -> str:
+    """The name of an actuator; another one, with a note, if it is already used or missing."""
     document = xml.document
-    if actuator.name in (*document.section("joints"), *document.section("transmissions")):
-        problem = f"the actuator '{actuator.name}' has the name of a joint or of another actuator"
-        raise xml.error(element, ("transmissions", actuator.name), problem)
+    taken = ("", *document.section("joints"), *document.section("transmissions"))
+    free_name = name
+    while free_name in taken:
+        free_name += "_motor"
+    if free_name != name:
+        reason = "it is the name of a joint or of another drive" if name else "no name is given"
+        xml.note(element, f"the actuator '{name}' is called '{free_name}' here: {reason}")
+    return free_name
+
+
+def _entry(actuator: _Side, joints: Sequence[_Side], row: Sequence[float]) -> Data:
+    """A drive whose position is its reduction times a weighted sum of joint positions."""
     multipliers: dict[str, float] = {}
     offset = 0.0
     for joint, factor in zip(joints, row, strict=True):
         if factor:
             multipliers[joint.name] = actuator.reduction * factor
             offset -= actuator.reduction * factor * joint.offset
-    entry = {"joints": multipliers, "offset": offset}
-    xml.add(("transmissions", actuator.name), entry, element)
+    return {"joints": multipliers, "offset": offset}
 
 
 def _moves(xml: XmlReader, name: str) -> bool:
