@@ -16,7 +16,7 @@ class DescriptionError(HybridDynamicsError):
     """A robot description is wrong.
 
     Attributes:
-        problem: what is wrong.
+        problem: description of the error.
         key: dotted path of the entry, empty for the whole file.
         file: path of the file, or None.
         line: line of the entry (1-based), or None.

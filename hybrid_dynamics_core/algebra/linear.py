@@ -35,7 +35,7 @@ class Inverse:
         size: number of rows.
         adjugate: `divisor` times the inverse, rows (size, size); by Cramer's rule up to 3 x 3.
         divisor: the adjugate over this number is the inverse.
-        determinant: of the matrix.
+        determinant: determinant of the matrix.
     """
 
     def __init__(self, matrix: Matrix) -> None:

@@ -75,7 +75,7 @@ def newton(body: Body, guess: Scalars, parameters: Scalars) -> list[Scalar]:
 
     Args:
         body: residuals and Jacobian of the system.
-        guess: where the unknowns start.
+        guess: start of the unknowns.
         parameters: further inputs of the body.
 
     Returns:

@@ -49,7 +49,7 @@ class Reached(NamedTuple):
 
     Attributes:
         solutions: the distinct ones (modes, unknowns) [rad, m].
-        counts: how often each was reached (modes,).
+        counts: number of starts that reached each mode (modes,).
         starts: number of starts.
     """
 

@@ -66,8 +66,8 @@ class ClosedState(Picklable):
             2 abs(det J_z) / norm(J_z)^2 with J_z made dimensionless.
         status: a ClosureStatus, or an int array (N,) for a batch. Only `close(..., check=False)`
             returns states that are not OK.
-        iterations: of the closure; 0 where every loop has a closed form. (N,) for a batch.
-        dds: accelerations of all coordinates (n_s,) after `close_given`, else None.
+        iterations: iterations of the closure, () or (N,); 0 if all loops have closed forms.
+        dds: accelerations of all coordinates (n_s,) after `close_given`, otherwise None.
         passive_angles: index in s and value at the reference [rad] of each passive revolute joint,
             by name. `turns` counts from that value.
     """

@@ -34,7 +34,7 @@ def choose_branches(
         loops: the equations of all loops.
         context: tree, closures and reference of the robot.
         configuration: the reference, with the given coordinates set. All others are set on return.
-        guess: where iterations start, all coordinates s (n_s,) [rad, m].
+        guess: start of the iterations, all coordinates s (n_s,) [rad, m].
 
     Returns:
         The branch signs, +1 or -1.
@@ -100,7 +100,7 @@ def choose_branch(
         context: tree, closures and reference of the robot.
         configuration: the reference, with all coordinates before the block set. Its unknowns are
             set on return.
-        guess: where iterations start, all coordinates s (n_s,) [rad, m].
+        guess: start of the iterations, all coordinates s (n_s,) [rad, m].
 
     Returns:
         The branch sign, +1 or -1.

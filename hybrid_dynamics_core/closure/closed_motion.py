@@ -99,7 +99,7 @@ class ClosedMotion:
         size: number of all coordinates, n_s.
         configuration: all coordinates.
         blocks: the blocks of the plan, solved.
-        residuals: of all equations, in lengths of their loops.
+        residuals: residuals of all equations, in lengths of their loops.
         guards: scalars that must be positive.
         surplus: residuals of the redundant equations.
     """
@@ -116,10 +116,10 @@ class ClosedMotion:
 
         Args:
             tree: the spanning tree.
-            plan: how its loops close.
+            plan: closure plan.
             u: the given coordinates of the plan (n,) [rad, m].
             branch: a sign for each block, then the chart of each ball or free joint, +1 or -1.
-            guess: where iterations start, all coordinates (n_s,) [rad, m].
+            guess: start of the iterations, all coordinates (n_s,) [rad, m].
         """
         self._tree = tree
         self.given = plan.given

@@ -65,7 +65,7 @@ def require_determined(
     Args:
         tree: the spanning tree.
         robot: its description.
-        matching: of equations to unknowns.
+        matching: matching of equations to unknowns.
         equations: number of equations.
         unknowns: number of unknowns.
     """

@@ -33,7 +33,7 @@ def limited_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
 
     Args:
         tree: the spanning tree.
-        plan: how the loops close, on its own assembly modes.
+        plan: closure plan with its own assembly modes.
         k: the given coordinate.
 
     Returns:
@@ -51,7 +51,7 @@ class LimitSearch:
 
     Args:
         tree: the spanning tree.
-        plan: how the loops close.
+        plan: closure plan.
         k: the given coordinate that moves.
 
     Attributes:
@@ -116,7 +116,7 @@ class LimitSearch:
         """Follow the motion from a configuration.
 
         Args:
-            values: of the coordinate, one after the other (N,) [rad or m].
+            values: values of the coordinate, one after the other (N,) [rad or m].
             start: all coordinates (n_s,) just before the first [rad or m].
 
         Returns:

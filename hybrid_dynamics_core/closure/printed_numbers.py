@@ -77,8 +77,8 @@ class _Loop:
     Attributes:
         closure: its closure.
         paths: names of the joints from that link to either end.
-        rotations: of the joints' frames (3, 3), by name.
-        origins: of the joints' frames (3,) [m], by name.
+        rotations: rotations of the joints' frames (3, 3), by name.
+        origins: origins of the joints' frames (3,) [m], by name.
         ends: rotation (3, 3) and origin (3,) of the links at the ends.
     """
 

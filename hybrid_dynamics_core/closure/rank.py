@@ -30,7 +30,7 @@ class Ranked:
         independent: equations to solve.
         redundant: equations that follow from the independent ones.
         free: unknowns that no equation determines.
-        residual: by loop, at the configuration that closes best.
+        residual: residuals by loop, at the configuration with the least gap.
         closest: the configuration (n_s,) of `residual` [rad or m].
         rank: number of independent equations if no coordinate is given; None if the loops do not
             close.

@@ -60,7 +60,7 @@ class ClosingSearch:
 
     Args:
         tree: the spanning tree.
-        plan: how the loops close.
+        plan: closure plan.
         u: given coordinates (n,) [rad, m].
         signs: branch signs (blocks,).
         k: the given coordinate that moves.
@@ -158,7 +158,7 @@ def closing_interval(
 
     Args:
         tree: the spanning tree.
-        plan: how the loops close.
+        plan: closure plan.
         u: given coordinates (n,) [rad, m]; that of k does not matter.
         signs: branch signs (blocks,).
         k: the given coordinate.
@@ -182,7 +182,7 @@ def independent_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
 
     Args:
         tree: the spanning tree.
-        plan: how the loops close, on its own assembly modes.
+        plan: closure plan with its own assembly modes.
         k: the given coordinate.
 
     Returns:

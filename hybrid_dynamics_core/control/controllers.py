@@ -29,7 +29,7 @@ class GravityCompensation:
     Attributes:
         robot: the model.
         damping: (n,) or a number [N m s/rad or N s/m]; tau falls by `damping` times u'.
-        loads: what the model believes to act; None: what the description gives.
+        loads: loads that the model assumes; None for those of the description.
 
     Raises:
         InputError: for a damping of another shape, not finite or negative.
@@ -63,7 +63,7 @@ class ComputedTorque:
         trajectory: u_d with its rates and accelerations.
         kp: (n,) or a number [1/s^2].
         kd: (n,) or a number [1/s].
-        loads: what the model believes to act; None: what the description gives.
+        loads: loads that the model assumes; None for those of the description.
 
     Raises:
         InputError: for gains of another shape, not finite or negative, and for a trajectory of
@@ -100,7 +100,7 @@ class FeedForward:
         trajectory: u_d with its rates and accelerations.
         kp: (n,) or a number [N m/rad or N/m].
         kd: (n,) or a number [N m s/rad or N s/m].
-        loads: what the model believes to act; None: what the description gives.
+        loads: loads that the model assumes; None for those of the description.
         model: whether inverse dynamics is added. False: spring and damper only.
 
     Raises:
@@ -138,9 +138,9 @@ def efforts_along(
 
     Args:
         robot: the model.
-        trajectory: of the active joints.
+        trajectory: trajectory of the active joints.
         times: (N,) ascending [s].
-        loads: what acts besides the actuators; None: what the description gives.
+        loads: loads besides the actuators; None for those of the description.
 
     Returns:
         (N, n) efforts [N m or N].

@@ -20,7 +20,7 @@ class HydraulicCylinder:
         stroke: (lower, upper) value of the coordinate [m] with the piston at its two ends.
         sign: +1 where the coordinate grows as the cylinder extends, -1 where it shrinks.
         count: number of cylinders.
-        return_pressure: of the chamber that does not push.
+        return_pressure: pressure of the chamber that does not push.
         supply_pressure: the highest available pressure.
     """
 

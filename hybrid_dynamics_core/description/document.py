@@ -47,7 +47,7 @@ class Document:
         impossible: problem of each inertia that no rigid body has, by dotted key.
         rounded_links: links whose numbers were printed with few digits.
         multi_dof: joints of several freedoms by name, for `RobotDescription.multi_dof`.
-        charts: of ball and free joints at the reference, for `RobotDescription.charts`.
+        charts: charts of ball and free joints at the reference, for `RobotDescription.charts`.
         options: arguments of the call that reads the file.
     """
 

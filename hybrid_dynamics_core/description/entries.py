@@ -23,7 +23,7 @@ class Entry:
     Attributes:
         values: reads the values.
         data: the mapping.
-        path: of the mapping.
+        path: path of the mapping.
     """
 
     def __init__(self, values: ValueReader, data: Data | None, path: KeyPath) -> None:

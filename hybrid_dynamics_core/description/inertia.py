@@ -21,7 +21,7 @@ def read_inertia(body: Entry, mass: float, slack: float) -> Array:
 
     Args:
         body: entry whose key `inertia` is a matrix, components, principal moments or a shape.
-        mass: of the body [kg], for shapes.
+        mass: mass of the body [kg], for shapes.
         slack: relative error of the printed numbers. A tensor that is impossible beyond this error
             gets a note.
 

@@ -56,7 +56,7 @@ class Link:
     """A rigid body.
 
     Attributes:
-        name: of the link.
+        name: name of the link.
         mass: [kg].
         com: (3,) [m] centre of mass, in the link frame.
         inertia: (3, 3) [kg m^2] about the centre of mass, in the axes of the link frame.
@@ -90,11 +90,11 @@ class Visual:
     Its middle is the origin of its frame. Cylinders and capsules stand along z.
 
     Attributes:
-        shape: which one it is.
+        shape: kind of the shape.
         size: (k,) [m] box: lengths along x, y, z; cylinder: radius, length; sphere: radius;
             capsule: radius, length without its caps; ellipsoid: three radii. Of a mesh its scale
             along x, y, z, which multiplies what the file has.
-        frame: where it is, on a moving link or the base.
+        frame: pose on a moving link or the base.
         colour: colour; None if the description has none.
         uri: file of a mesh as in the description: a path, package:// or model://.
         file: path of a mesh file; None if no file may be read.
@@ -116,7 +116,7 @@ class Joint:
     turns it about its axis, or moves it along that.
 
     Attributes:
-        name: of the joint.
+        name: name of the joint.
         type: revolute or prismatic.
         parent: link that carries the joint.
         child: link that the joint moves.
@@ -150,8 +150,8 @@ class MultiDofJoint:
     frame.
 
     Attributes:
-        name: of the joint.
-        type: which freedoms it has.
+        name: name of the joint.
+        type: type of the joint.
         parent: link that carries it.
         child: link that it moves.
         joints: names of the joints in the chain, from parent to child.
@@ -195,10 +195,10 @@ class Closure:
     Redundant equations are found by their rank. They must agree with the others.
 
     Attributes:
-        name: of the closure.
+        name: name of the closure.
         link_a, link_b: the two links.
         point_a, point_b: (3,) [m] origins of the two frames, each in its link frame.
-        kind: what coincides.
+        kind: kind of the constraint.
         rotation_a, rotation_b: (3, 3) from the two frames to their link frames.
         assembly: name of an assembly mode; None for the one nearest the reference.
     """
@@ -230,7 +230,7 @@ class Loop:
     with l_i and l_k2 exchanged.
 
     Attributes:
-        name: of the loop, and of the closure that is its pin.
+        name: name of the loop, and of the closure that is its pin.
         type: "A" to "D".
         base: the link l_(i-1).
         arm: the link l_i.
@@ -253,33 +253,33 @@ class RobotDescription(Picklable):
     The coordinates of the robot are those of `active`, then the others in the order of the file.
 
     Attributes:
-        name: of the robot.
-        source: where its numbers come from.
+        name: name of the robot.
+        source: source of its numbers.
         gravity: (3,) [m/s^2] in the base frame.
         base: name of the base link.
         links: moving links by name; links fixed to them are merged into them.
-        joints: by name.
+        joints: joints by name.
         closures: the closures that close the loops.
         loops: those of Type A to D, by name.
         active: the independent coordinates u, in order: driven joints, then idle ones.
         end_effector: name of its frame.
-        frames: by name, with those of fixed links and of the end effector.
+        frames: frames by name, including those of fixed links and of the end effector.
         reference: coordinates of the reference configuration [rad or m], by joint.
         idle: those of `active` that have no drive.
         active_set: "motors" if the independent coordinates are found from the motors by rank.
-        mimics: by the joint that follows.
+        mimics: couplings by following joint.
         multi_dof: joints of several freedoms by name; `joints` has the joints of their chains.
         charts: chart of ball and free joints at the reference, +1 or -1; +1 for joints not listed.
         file: the file that the description was read from.
         lines: line of each entry, by dotted key.
         files: file of each entry that comes from another file, by dotted key.
-        notes: what the loader assumed or left out, in sentences.
+        notes: sentences on assumptions and omissions of the loader.
         warnings: notes on entries that are allowed but likely wrong.
         impossible: the problem of each inertia that no rigid body has, but which is used as given,
             by dotted key. The notes have it too.
         effects: friction, rotors and springs, by joint.
         payloads: frame and body by name.
-        actuators: by joint.
+        actuators: cylinders by joint.
         transmissions: drives that move several joints, by name.
         parts: links fixed to others, each in the frame of the body that it is merged into.
         alone: links before merging, for those of `links` that have parts.

@@ -208,7 +208,7 @@ class ValueReader:
         Args:
             written: the angles as texts of the file.
             angles: their values [rad].
-            path: of the entry.
+            path: path of the entry.
         """
         pairs = zip(written, angles, strict=False)
         if not any(_seems_degrees(text, angle) for text, angle in pairs):
@@ -234,7 +234,7 @@ def number_from(value: Scalar, names: Mapping[str, float], units: Sequence[str] 
 
     Args:
         value: the number or the expression.
-        names: that the expression may use.
+        names: names allowed in the expression.
         units: the allowed units; empty if any unit is allowed.
 
     Raises:

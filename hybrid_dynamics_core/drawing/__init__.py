@@ -44,9 +44,9 @@ def draw(
     Args:
         robot: to be drawn, or its description.
         state: one closed state; None: the reference configuration.
-        path: where to write the figure, as .svg, .png or .pdf.
+        path: file of the figure, .svg, .png or .pdf.
         names: names to show: none, of active joints, of all joints, or of links too.
-        title: of the figure; None: the robot's name.
+        title: title of the figure; None: the robot's name.
         skeleton: draw bars and plates between joints in place of the robot's visuals.
 
     Returns:
@@ -79,7 +79,7 @@ def draw_on(
         axes: two-dimensional, of final size; their limits are set here.
         robot: to be drawn, or its description.
         state: one closed state; None: the reference configuration.
-        names: which are shown.
+        names: which names to show.
         skeleton: draw bars and plates between joints in place of the robot's visuals.
 
     Raises:
@@ -116,11 +116,11 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
     Args:
         robot: to be drawn, or its description.
         u: (n,) active coordinates [rad or m]; None: the reference configuration.
-        path: where to write the figure, as .svg, .png or .pdf.
+        path: file of the figure, .svg, .png or .pdf.
         most: largest number of modes to draw, in the order of `robot.assembly_modes`. The robot's
             own mode is always drawn.
-        names: which are shown.
-        title: of the figure; None: the robot's name.
+        names: which names to show.
+        title: title of the figure; None: the robot's name.
         mark_own: whether the robot's own mode is marked.
 
     Returns:
@@ -162,10 +162,10 @@ def draw_workspace(
     Args:
         robot: to be drawn, or its description.
         workspace: `robot.workspace()` if None.
-        path: where to write the figure, as .svg, .png or .pdf.
+        path: file of the figure, .svg, .png or .pdf.
         colour: quantity shown by colours. Each point shows one of the samples projected onto it:
             the least distance to a singularity, or the largest distance to a limit.
-        title: of the figure; None: the robot's name.
+        title: title of the figure; None: the robot's name.
 
     Returns:
         The figure.
@@ -200,9 +200,9 @@ def draw_margins(
         robot: to be drawn, or its description.
         over: names of the two coordinates.
         u: (n,) constant values of the other active coordinates [rad or m]; None: the reference.
-        path: where to write the figure, as .svg, .png or .pdf.
-        colour: what colours stand for.
-        title: of the figure; None: the names of robot and coordinates.
+        path: file of the figure, .svg, .png or .pdf.
+        colour: quantity shown by colours.
+        title: title of the figure; None: the names of robot and coordinates.
 
     Returns:
         The figure.
@@ -230,10 +230,10 @@ def draw_simulation(
     """Draw a simulated motion over time: coordinates, rates, efforts, energy, and events.
 
     Args:
-        robot: of the motion.
+        robot: robot of the motion.
         motion: the simulated motion.
-        path: where to write the figure, as .svg, .png or .pdf.
-        title: of the figure; None: the robot's name.
+        path: file of the figure, .svg, .png or .pdf.
+        title: title of the figure; None: the robot's name.
 
     Returns:
         The figure.

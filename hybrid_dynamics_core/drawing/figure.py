@@ -46,8 +46,8 @@ def robot_figure(
     Args:
         robot: to be drawn.
         state: one closed state; None: the reference configuration.
-        names: which are shown.
-        title: of the figure; None: the robot's name.
+        names: which names to show.
+        title: title of the figure; None: the robot's name.
         skeleton: whether visuals are left out.
 
     Returns:
@@ -75,7 +75,7 @@ def save(figure: Figure, path: Path) -> None:
 
     Args:
         figure: to be written.
-        path: of the file, .svg, .png or .pdf.
+        path: path of the file, .svg, .png or .pdf.
 
     Raises:
         InputError: for other suffixes.

@@ -58,11 +58,11 @@ def page(
     Create, fill and save it within `mpl.rc_context(PLOTS)`.
 
     Args:
-        title: of the figure.
+        title: title of the figure.
         caption: text below the axes.
         line: subtitle.
         width: width of the axes with their names [in].
-        height: of the axes with their names [in].
+        height: height of the axes with their names [in].
 
     Returns:
         The figure, without axes.
@@ -115,10 +115,10 @@ def written_page(
     """A context manager for a page that is written to a file at the end.
 
     Args:
-        path: of the file, .svg, .png or .pdf.
-        title: of the figure.
-        line: what is shown.
-        height: of the axes with their names [in].
+        path: path of the file, .svg, .png or .pdf.
+        title: title of the figure.
+        line: text of the line.
+        height: height of the axes with their names [in].
 
     Yields:
         The figure.
@@ -139,7 +139,7 @@ def entitled(axes: Axes, title: str, columns: int = 0) -> None:
 
     Args:
         axes: axes with labelled curves.
-        title: of the axes.
+        title: title of the axes.
         columns: number of columns of the legend; 0: no legend.
     """
     if not columns:

@@ -63,7 +63,7 @@ def twist_rates(
     Args:
         tree: the tree at its configuration.
         ds: s' (n_s,) [rad/s, m/s], with which the tree moves.
-        twists: of r, as `body_twists` gives them.
+        twists: twists of r, as `body_twists` gives them.
         accelerations: r' (n_s,) [rad/s^2, m/s^2].
 
     Returns:

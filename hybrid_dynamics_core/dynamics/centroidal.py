@@ -14,7 +14,7 @@ class Centroidal:
     Rotors behind gears are left out: their axes are not known.
 
     Attributes:
-        mass: of all moving links and payloads [kg].
+        mass: mass of all moving links and payloads [kg].
         com: (3,) centre of mass [m].
         momentum_matrix: (6, n) A in momentum = A u': linear [kg m/s], then angular about the centre
             of mass [kg m^2/s], per unit rate. Orin and Goswami (2008).

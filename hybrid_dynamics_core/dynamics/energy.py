@@ -11,8 +11,8 @@ class Energy(NamedTuple):
     """Energies [J], each a number or (N,).
 
     Attributes:
-        kinetic: of the motion, rotors included.
-        potential: of gravity, zero at the base origin.
+        kinetic: kinetic energy of the motion, rotors included.
+        potential: potential energy of gravity, zero at the base origin.
         springs: stored in springs.
     """
 

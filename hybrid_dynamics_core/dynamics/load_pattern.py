@@ -100,7 +100,7 @@ class LoadedTree:
     """The spanning tree at a configuration, with its loads.
 
     Attributes:
-        pattern: which loads there are.
+        pattern: pattern of the loads.
         values: their values.
         configuration: all coordinates.
         tree: the tree, payloads added to its links.

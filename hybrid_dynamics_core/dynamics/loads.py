@@ -117,7 +117,7 @@ class Loads(Picklable):
         gravity: (3,) [m/s^2] in base axes.
         effects: friction, rotors and springs along the joints.
         payloads: bodies fixed to frames, by the name of the frame.
-        wrenches: by the name of the frame on which they act.
+        wrenches: wrenches by the name of their frame.
     """
 
     gravity: Array

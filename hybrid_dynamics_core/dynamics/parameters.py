@@ -70,7 +70,7 @@ class Parameters:
         """The values of the parameters in a description.
 
         Args:
-            description: of the robot.
+            description: description of the robot.
             effects: friction and rotors of the joints; None for those of the description.
 
         Returns:
@@ -109,7 +109,7 @@ def parameter_unit(name: str, joint_types: Mapping[str, str]) -> str:
     """Unit of a parameter by its name, such as 'l2.mx', and of a combination that it leads.
 
     Args:
-        name: of the parameter.
+        name: name of the parameter.
         joint_types: 'revolute' or 'prismatic' by the name of a joint.
     """
     joint, _, part = name.rpartition(".")
@@ -126,7 +126,7 @@ def described_parameters(description: RobotDescription, friction: Sequence[str] 
     """The inertias of all links that have mass, and the friction of some joints.
 
     Args:
-        description: of the robot. Where no link has mass, all links count.
+        description: description of the robot. Where no link has mass, all links count.
         friction: names of the joints whose friction counts.
     """
     moving = _moving_links(description)

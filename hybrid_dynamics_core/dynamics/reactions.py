@@ -83,8 +83,8 @@ class Reactions(Picklable):
 
     Attributes:
         tau: (n,) actuator forces [N m, N].
-        pins: by closure.
-        joints: by joint.
+        pins: reactions by closure.
+        joints: reactions by joint.
         base: (6,) force [N] and moment [N m] about the base origin that the foundation exerts on
             the robot, base axes.
     """

@@ -55,8 +55,8 @@ def regrouped(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> Tre
 
     Args:
         tree: the spanning tree.
-        plan: how its loops close.
-        closures: what closes them.
+        plan: closure plan.
+        closures: closures of the description.
     """
     moves = _Moves(tree, plan).all(closures)
     values = np.concatenate([_distribution(body) for body in tree.bodies])

@@ -26,7 +26,7 @@ def read_extras(document: Document, text: str, file: FilePath, line: int) -> Non
     """Merge extras, written as a text in a file, into a document.
 
     Args:
-        document: what the format gave.
+        document: document from the format.
         text: the extras, as YAML.
         file: the file of the text.
         line: first line of the text in the file.
@@ -120,7 +120,7 @@ def _shift_coordinates(document: Document, zero: dict[str, float]) -> None:
     """Shift coordinates from the format's zero, its drawn configuration, to the robot's zero.
 
     Args:
-        document: what the format gave.
+        document: document from the format.
         zero: the robot's coordinates in the drawn configuration, by joint [rad or m].
     """
     joints = document.section("joints")

@@ -48,8 +48,8 @@ def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> Rob
         and xacro files of these, whose names end in .xacro.
 
     Args:
-        path: of the file.
-        options: what it is read with.
+        path: path of the file.
+        options: options for reading.
 
     Raises:
         InputError: it has no parameter or argument of a name in the options.
@@ -86,7 +86,7 @@ def parse_description(
     Args:
         text: the description.
         file: named in messages; relative paths start at its folder.
-        options: what it is read with.
+        options: options for reading.
 
     Raises:
         InputError: it has no parameter or argument of a name in the options.
@@ -114,12 +114,12 @@ def read_urdf(
     """Read a URDF file, with closures and driven joints as entries of a description file.
 
     Args:
-        path: of the URDF.
+        path: path of the URDF.
         closures: {name: {kind, between: {link: place, link: place}}}.
         active: driven joints; by default those of a URDF+, or all joints of a URDF without
             closures.
         end_effector: a link or {link, xyz, rpy}; None for the link behind the most joints.
-        options: what the file is read with.
+        options: options for reading.
         entries: further entries of a description file, such as `reference` or `frames`.
 
     Raises:

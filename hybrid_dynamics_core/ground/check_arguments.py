@@ -11,10 +11,10 @@ def require_type(name: str, value: object, kind: type, how: str) -> None:
     """Check the type of an argument.
 
     Args:
-        name: of the argument, for messages.
-        value: what was given for it.
+        name: name of the argument, for messages.
+        value: value of the argument.
         kind: the required type.
-        how: how to get one, such as `robot.loads`.
+        how: a way to get one, such as `robot.loads`.
 
     Raises:
         InputError: the value has another type.
@@ -28,8 +28,8 @@ def real_number(name: str, value: object) -> float:
     """A real number, which may be infinite.
 
     Args:
-        name: of the argument, for messages.
-        value: what was given for it.
+        name: name of the argument, for messages.
+        value: value of the argument.
 
     Raises:
         InputError: the value is no real number.
@@ -43,8 +43,8 @@ def integer(name: str, value: object, least: int = 1) -> int:
     """A whole number.
 
     Args:
-        name: of the argument, for messages.
-        value: what was given for it.
+        name: name of the argument, for messages.
+        value: value of the argument.
         least: the smallest allowed value.
 
     Raises:

@@ -18,8 +18,8 @@ def real_array(name: str, value: ArrayLike) -> Array:
     """An array of real numbers of any shape; they may be infinite or NaN.
 
     Args:
-        name: of the argument, for messages.
-        value: what was given for it.
+        name: name of the argument, for messages.
+        value: value of the argument.
 
     Returns:
         The values as float64, without a copy if they are float64 already.
@@ -45,8 +45,8 @@ def finite_vectors(
     """A vector of finite values with one entry a name, or a batch of them.
 
     Args:
-        name: of the argument, for messages.
-        value: what was given for it, (n,) or (N, n).
+        name: name of the argument, for messages.
+        value: value of the argument, (n,) or (N, n).
         names: names of the n entries, in order.
         rows: length that the batch must have; -1 for one vector, None for any.
 
@@ -90,7 +90,7 @@ def vectors_by_name(
     """Values in the order of names; zero for names that are left out.
 
     Args:
-        label: of the argument, for messages.
+        label: label of the argument, for messages.
         values: a number or (N,) by name; None for all zero.
         names: n names that may be given, in order.
         coordinates: all coordinates of the robot, for messages.

@@ -154,7 +154,7 @@ def mismatch(dimension: Dimension | None, units: Sequence[str]) -> str:
     """The error text for the dimension of a number; empty if it fits a unit.
 
     Args:
-        dimension: of the number.
+        dimension: dimension of the number.
         units: the allowed units; empty if any unit is allowed.
     """
     if dimension is None or dimension == PLAIN or not units:

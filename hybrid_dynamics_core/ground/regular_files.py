@@ -54,7 +54,7 @@ def read_regular(path: Path, limit: int) -> bytes:
     """The first bytes of a file.
 
     Args:
-        path: of the file.
+        path: path of the file.
         limit: largest number of bytes to read.
 
     Raises:

@@ -109,7 +109,7 @@ def base_parameters(  # noqa: PLR0913, PLR0917 - a question with details
         parameters: the parameters to combine; None: inertias of all links with mass.
         loads: loads besides the actuators; None: those of the description.
         count: number of states; 0: enough for the number of parameters.
-        seed: of the random states.
+        seed: seed of the random states.
         tolerance: a column whose pivot is below this share of the largest counts as a combination
             of the columns before it.
         joints: active joints whose efforts are measured; None: all.

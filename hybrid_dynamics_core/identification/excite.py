@@ -29,7 +29,7 @@ def random_motion(
     Args:
         robot: the model, or its description.
         count: number of states N.
-        seed: of the random numbers.
+        seed: seed of the random numbers.
         rate: largest rate of each coordinate [rad/s or m/s].
         acceleration: largest acceleration of each coordinate [rad/s^2 or m/s^2].
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ir.entry import Header
-from .llvm import Loaded
+from .llvm import LoadedCode
 
 _FASTCALL = 0x0080  # METH_FASTCALL: (self, array of arguments, their number)
 
@@ -75,7 +75,7 @@ def _read(thing: object, offset: int, kind: Any) -> Any:
     return kind.from_address(id(thing) + offset).value
 
 
-def function(code: Loaded) -> Callable[..., int]:
+def function(code: LoadedCode) -> Callable[..., int]:
     """The entry of loaded code as a callable."""
     addresses = _Self(shape=(3,), dtype=np.int64)
     addresses[:] = [id(np.ndarray), id(np.dtype(np.float64)), id(np.dtype(np.int64))]

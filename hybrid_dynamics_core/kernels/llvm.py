@@ -55,7 +55,7 @@ def processor() -> tuple[str, str]:
 
 
 @cache
-def width() -> int:
+def vector_width() -> int:
     """Doubles in one vector register."""
     features = processor()[1].split(",")
     return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
@@ -76,16 +76,15 @@ def compile_text(text: str, level: int) -> bytes:
     module.triple = machine.triple
     module.data_layout = str(machine.target_data)
     options = llvm.create_pipeline_tuning_options(speed_level=level)
-    options.loop_vectorization = options.slp_vectorization = (
-        False  # vectors are written where they are wanted
-    )
+    # The code has explicit vectors already.
+    options.loop_vectorization = options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     code: bytes = machine.emit_object(module)
     return code
 
 
-class Loaded:
+class LoadedCode:
     """Loaded object code, which lives as long as this object."""
 
     def __init__(self, code: bytes) -> None:

@@ -58,7 +58,7 @@ def source(trace: Trace, form: Form) -> Source:
             " slower",
             size,
         )
-    text = module_text(trace, form, llvm.width(), extension.header())
+    text = module_text(trace, form, llvm.vector_width(), extension.header())
     return Source(text, level)
 
 
@@ -69,4 +69,4 @@ def build(source: Source) -> bytes:
 
 def load(artifact: Artifact) -> Callable[..., int]:
     """Load the function of object code."""
-    return extension.function(llvm.Loaded(artifact.code))
+    return extension.function(llvm.LoadedCode(artifact.code))

@@ -27,7 +27,7 @@ class Results:
     """The results of a program.
 
     Attributes:
-        outputs: by name, each a scalar or nested sequences of scalars.
+        outputs: outputs by name, each a scalar or nested sequences of scalars.
         checks: conditions of a good state.
     """
 

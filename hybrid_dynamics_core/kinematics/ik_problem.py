@@ -35,7 +35,7 @@ class IKProblem:
     """A robot and a target.
 
     Attributes:
-        robot: whose end effector is to reach the target.
+        robot: robot whose end effector must reach the target.
         task: the target.
         start: active coordinates (n,) where the search begins [rad, m].
         near: closed state whose assembly modes are kept; the robot's modes if None.
@@ -166,7 +166,7 @@ def build_problem(
     """Build the problem, within the robot's limits.
 
     Args:
-        robot: whose end effector is to reach the target.
+        robot: robot whose end effector must reach the target.
         target: pose in the base frame.
         rows: indices of the selected coordinates of the target, of six.
         seed: active coordinates (n,) to start from; those of `near` or the reference if None.

@@ -26,7 +26,7 @@ class FreelyTurning:
     """Coordinates and constant frames of a ball or free joint.
 
     Attributes:
-        name: of the joint.
+        name: name of the joint.
         chart: index of its chart among those of the tree.
         slides: its three sliding coordinates; empty for a ball joint.
         turns: its three turning coordinates.

@@ -57,8 +57,8 @@ class PoseChain:
         The caller must check them, since an unreachable pose is not detected here.
 
         Args:
-            position: of the frame (3,) [m].
-            rotation: of the frame (3, 3); if None, the turns stay as in `seed`.
+            position: position of the frame (3,) [m].
+            rotation: rotation of the frame (3, 3); if None, the turns stay as in `seed`.
             seed: all coordinates (n_s,) [rad, m].
 
         Returns:

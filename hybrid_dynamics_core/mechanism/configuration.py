@@ -88,8 +88,8 @@ def given_configuration(
 
     Args:
         tree: the spanning tree.
-        values: by coordinate [rad or m].
-        charts: of ball and free joints, +1 or -1; those of the reference if None.
+        values: values by coordinate [rad or m].
+        charts: charts of ball and free joints, +1 or -1; those of the reference if None.
     """
     configuration = Configuration(len(tree.coordinates), tree.charts if charts is None else charts)
     for body in tree.bodies:

@@ -26,8 +26,8 @@ class Body:
         coordinate: index of the joint in s.
         type: 'revolute' or 'prismatic'.
         parent: index of the body before it, -1 for the base.
-        rotation: of the body's frame in the parent's, at zero.
-        translation: of the body's frame in the parent's, at zero [m].
+        rotation: rotation of the body's frame in the parent's, at zero.
+        translation: translation of the body's frame in the parent's, at zero [m].
         axis: unit axis of the joint, in the body's frame.
         mass: [kg].
         first_moment: m c [kg m], about the link origin, in link axes.

@@ -54,7 +54,7 @@ def closed_outputs(
         motion: the closed motion.
         n: number of active coordinates.
         ds: s' (n_s,).
-        distances: of the blocks to a singularity.
+        distances: distances of the blocks to a singularity.
     """
     return {
         "s": motion.configuration.q,

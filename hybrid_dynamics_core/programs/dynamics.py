@@ -25,7 +25,7 @@ class Dynamics:
 
     Attributes:
         motion: the closed motion.
-        checks: what the state must meet.
+        checks: conditions on the state.
         distances: distance of each block to a singularity.
         ds: s' (n_s,).
         gravity: (3,) [m/s^2].
@@ -42,7 +42,7 @@ class Dynamics:
         Args:
             model: the robot.
             x: inputs of the program.
-            pattern: of the loads.
+            pattern: pattern of the loads.
             minimal: whether only forces along the active coordinates are asked for: inertial
                 parameters are then regrouped.
         """

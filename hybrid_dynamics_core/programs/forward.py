@@ -95,7 +95,7 @@ class InertiaScales:
     Rounding of M-bar is judged by these scales.
 
     Attributes:
-        mass: of all moving links [kg].
+        mass: mass of all moving links [kg].
         along_s: of all coordinates (n_s,) [kg m^2, kg].
         active: of the active ones (n,), with the passive joints that they move.
     """
@@ -128,7 +128,7 @@ def _moves_no_other(mass: Definite, i: int, idle: Collection[int], scales: Scala
         mass: M-bar.
         i: the coordinate.
         idle: the coordinates that may be dropped.
-        scales: of the inertia of the active coordinates (n,).
+        scales: scales of the inertia of the active coordinates (n,).
     """
     part: Scalar = 0.0
     for k, share in enumerate(mass.dependence(i)):

@@ -25,9 +25,9 @@ class Model:
 
     Attributes:
         tree: the spanning tree.
-        plan: how its loops close.
+        plan: closure plan.
         idle: indices of the active coordinates that nobody drives.
-        closures: what closes the loops.
+        closures: closures of the description.
     """
 
     tree: Tree
@@ -63,7 +63,7 @@ class Inputs(LoadValues):
         ddu: their accelerations (n,).
         tau: their efforts (n,) [N m, N].
         branch: branch sign of each block, then the chart of each ball or free joint.
-        guess: where iterations start, all coordinates (n_s,).
+        guess: start of the iterations, all coordinates (n_s,).
         start: a closed configuration to come from, all coordinates (n_s,), in place of a guess.
         start_map: R there, row by row (n_s * n,).
         gravity: (3,) [m/s^2], base axes.

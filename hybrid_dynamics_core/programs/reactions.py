@@ -24,7 +24,7 @@ class _PinWrench(NamedTuple):
 
     Attributes:
         pin: the pin.
-        place: where it is (3,) [m].
+        place: its position (3,) [m].
         force: (3,) [N].
         moment: about the place (3,) [N m].
         share: how well force and moment are determined, from 0 to 1.

@@ -157,7 +157,7 @@ class RobotKernels:
         """The call of a program under the loads.
 
         Args:
-            name: of the program.
+            name: name of the program.
             program: function from a pattern of loads to the program.
             explain: the robot's method that raises the error of states without a result.
         """

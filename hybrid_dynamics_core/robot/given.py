@@ -21,8 +21,8 @@ class GivenMotion:
     Attributes:
         names: the n given coordinates.
         values: (n,) or (N, n) [rad, m].
-        rates: of the same shape [rad/s, m/s].
-        accelerations: of the same shape [rad/s^2, m/s^2].
+        rates: rates of the same shape [rad/s, m/s].
+        accelerations: accelerations of the same shape [rad/s^2, m/s^2].
     """
 
     names: tuple[str, ...]

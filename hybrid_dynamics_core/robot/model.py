@@ -266,7 +266,7 @@ class RobotModel:
             given: n names of `coordinates`.
             near: a closed configuration (n_s,) [rad, m], for coordinates that do not determine the
                 other ones at the reference.
-            charts: of ball and free joints there; those of the reference if None.
+            charts: charts of ball and free joints there; those of the reference if None.
 
         Raises:
             InputError: a name is unknown, or the coordinates do not determine the other ones.

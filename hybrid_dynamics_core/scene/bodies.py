@@ -32,7 +32,7 @@ def link_parts(
         link: its name.
         attached: its points and cylinders.
         joint_radius: radius of a joint in the drawing [m].
-        size: of the mechanism [m].
+        size: size of the mechanism [m].
 
     Returns:
         Its parts, cylinders last.

@@ -35,8 +35,8 @@ def turn_arrow(
     """An arc around the axis, tilted if the true arc would be seen edge-on.
 
     Args:
-        joint: that is driven.
-        projection: of the picture.
+        joint: driven joint.
+        projection: projection of the picture.
         joint_radius: radius of a joint [m].
         inside: number of arcs inside of it.
 
@@ -70,9 +70,9 @@ def travel_arrow(
     """A double arrow beside a prismatic joint, where it covers least.
 
     Args:
-        joint: that is driven.
+        joint: driven joint.
         cylinder: the joint as a cylinder, or None.
-        projection: of the picture.
+        projection: projection of the picture.
         joint_radius: radius of a joint [m].
         outlines: outlines of parts in the picture.
 

@@ -36,7 +36,7 @@ def solid_marks(
         skeleton: the mechanism.
         groups: its joints as they are drawn.
         attached: points and cylinders of its links.
-        projection: of the picture.
+        projection: projection of the picture.
         joint_radius: radius of a joint [m].
 
     Returns:
@@ -162,7 +162,7 @@ def link_colours(skeleton: Skeleton, loops: Mapping[str, Loop]) -> dict[str, str
 
     Args:
         skeleton: the mechanism.
-        loops: of the description; their links k1 and k2 take the colour of the loop.
+        loops: loops of the description; their links k1 and k2 take the colour of the loop.
 
     Returns:
         Colours by link, and by closure under "closure:NAME".

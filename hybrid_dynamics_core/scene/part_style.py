@@ -32,7 +32,7 @@ def style_of(part: Part, colours: Mapping[str, str], active: bool, idle: bool = 
 
     Args:
         part: to be painted.
-        colours: of links and closures.
+        colours: colours of links and closures.
         active: whether it belongs to a driven joint.
         idle: whether it belongs to an independent joint without a drive.
 

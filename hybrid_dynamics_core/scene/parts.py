@@ -38,7 +38,7 @@ class Part:
         owner: "link:NAME", "joint:NAME", "closure:NAME" or "base:NAME".
         role: its role in the picture.
         points: (k, 3) [m], base axes.
-        radius: of balls and discs [m].
+        radius: radius of balls and discs [m].
         axis: (3,) unit normal of the discs; None: balls.
         links: names of the links that it is on.
     """

@@ -29,7 +29,7 @@ class Projection:
         right: (3,) unit vector to the right in the picture, base axes.
         up: (3,) unit vector up in the picture, base axes.
         planar: whether the mechanism moves in the plane of the picture only.
-        names: of the two axes of a planar picture.
+        names: names of the two axes of a planar picture.
     """
 
     right: Array

@@ -33,11 +33,11 @@ class Scene:
 
     Attributes:
         skeleton: the mechanism.
-        projection: of the picture.
+        projection: projection of the picture.
         groups: its joints as they are drawn.
         parts: its bodies and symbols.
         lines: axes, arrows and frames.
-        colours: by link, and by closure under "closure:NAME".
+        colours: colours by link, and by closure under "closure:NAME".
         joint_radius: radius of a joint [m].
         ground: places (3,) at which the base of a planar mechanism is fixed [m].
         reference: the scene of the reference configuration, unless this is it.
@@ -64,8 +64,8 @@ class Scene:
         """The scene with surfaces in place of the bodies of their links.
 
         Args:
-            surfaces: of the robot.
-            poses: of the links in the configuration of the scene.
+            surfaces: surfaces of the robot.
+            poses: poses of the links in the configuration of the scene.
         """
         links = surfaces.links
         parts = tuple(part for part in self.parts if not is_covered(part, links))
@@ -84,9 +84,9 @@ def build_scene(
     """Build the scene of a skeleton.
 
     Args:
-        description: of the robot.
+        description: description of the robot.
         skeleton: the robot in one configuration.
-        projection: of the picture.
+        projection: projection of the picture.
         joint_radius: radius of a joint [m]; None: in proportion to this picture.
         reference: the scene of the reference configuration; None if this is it.
 

@@ -24,15 +24,15 @@ class PlacedJoint:
     """A joint in base axes.
 
     Attributes:
-        name: of the joint.
+        name: name of the joint.
         type: revolute or prismatic.
-        parent: link.
-        child: link.
+        parent: name of the parent link.
+        child: name of the child link.
         start: (3,) origin of the child's frame at zero [m].
         point: (3,) origin of the child's frame in this configuration [m].
-        axis: (3,) unit vector.
+        axis: unit vector (3,) along its axis.
         limits: lower and upper [rad or m].
-        reference: its value in the reference configuration [rad or m].
+        reference: coordinate in the reference configuration [rad or m].
         active: whether it is driven.
         idle: whether it is an independent coordinate without a drive.
     """
@@ -65,7 +65,7 @@ class PlacedClosure:
     """A closure in base axes.
 
     Attributes:
-        name: of the closure.
+        name: name of the closure.
         kind: kind of its equations.
         links: names of the links that it joins.
         points: its point (3,) on either link [m].
@@ -115,9 +115,9 @@ class Skeleton:
 
     Attributes:
         base: name of the base link.
-        joints: parents first.
-        closures: of the loops.
-        frames: the end effector's first.
+        joints: joints, parents first.
+        closures: closures of the loops.
+        frames: named frames, beginning with the end effector.
         arm: the links from the base to the end effector.
         links: names of all links, the base first.
         massless: links without mass.

@@ -49,7 +49,7 @@ def joint_marks(
     Args:
         group: the joints.
         cylinder: the cylinder of their prismatic joint, or None.
-        projection: of the picture.
+        projection: projection of the picture.
         joint_radius: radius of a joint [m].
     """
     if group.kind == "carrier":

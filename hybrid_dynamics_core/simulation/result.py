@@ -187,7 +187,7 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
     """Read an .npz file of `Simulation.save`.
 
     Args:
-        path: of the file.
+        path: path of the file.
 
     Returns:
         The simulation.

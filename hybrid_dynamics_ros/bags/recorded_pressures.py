@@ -64,7 +64,7 @@ def read_pressures(
     """Take all pressures of a bag, one message after the other.
 
     Args:
-        pressures: takes them.
+        pressures: receiver of the pressures.
         source: the bag.
         losses: receives texts on unusable messages.
 

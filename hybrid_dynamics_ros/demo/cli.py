@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the demo.
 
     Args:
-        arguments: of the command; None: those of the process.
+        arguments: arguments of the command; None: those of the process.
 
     Returns:
         The exit code of the process.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Bytes = NDArray[np.uint8]
-HEAD: Final = 4  # [bytes] before the fields
+HEAD: Final = 4  # [bytes] encapsulation header before the fields
 LITTLE: Final = b"\x00\x01\x00\x00"
 STAMP: Final = struct.Struct("<iI")
 NS: Final = 10**9  # [ns] in a second
@@ -33,7 +33,7 @@ class MessageTemplate:
 
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
-        self._slots: list[tuple[str, int, np.dtype[Any]]] = []  # (name, count, type)
+        self._slots: list[tuple[str, int, np.dtype[Any]]] = []  # (name, offset [bytes], type)
 
     def slot(self, name: str, kind: str, count: int = 1) -> MessageTemplate:
         """Append a slot for numbers.
@@ -171,7 +171,13 @@ class MessageTemplate:
 
 
 class _Pieces(NamedTuple):
-    """Fixed pieces of a message, its stamps, and its slots: size, type and name."""
+    """A message cut at its slots.
+
+    Attributes:
+        parts: fixed pieces, with an empty one for each slot.
+        stamps: indices in `parts` of the stamps.
+        numbers: index in `parts`, size [bytes], type and name of each other slot.
+    """
 
     parts: list[bytes]
     stamps: list[int]

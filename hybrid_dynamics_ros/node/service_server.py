@@ -196,7 +196,7 @@ class ServiceServer:
         if runtime is None or workers is None or changer is None:
             self._give(service, refused(response, _UNREADY), give)
             return
-        problem = None if self._targets is None else self._targets.bring(request)
+        problem = None if self._targets is None else self._targets.to_base_frame(request)
         if problem is not None:
             self._give(service, refused(response, problem), give)
             return

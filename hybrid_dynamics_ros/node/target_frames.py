@@ -44,7 +44,7 @@ class TargetFrames:
         """Stop listening."""
         self._listener.unregister()
 
-    def bring(self, request: Any) -> Rejection | None:
+    def to_base_frame(self, request: Any) -> Rejection | None:
         """Transform the targets of a request to the base frame, in place.
 
         Returns:

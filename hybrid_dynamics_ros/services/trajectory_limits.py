@@ -86,7 +86,7 @@ class MotionLimits:
         """The excess of a negative margin over its bound, with its unit.
 
         Args:
-            number: of the bound, its place in `margins`.
+            number: number of the bound, its place in `margins`.
             margin: negative.
         """
         unit = ""

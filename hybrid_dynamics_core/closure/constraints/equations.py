@@ -85,8 +85,8 @@ class LoopEquations(ABC):
         They are the residuals, unless these vanish where the guards are negative.
 
         Args:
-            configuration: of floats or arrays.
-            residual: of the equations there, as `linearise` gives it.
+            configuration: configuration of floats or arrays.
+            residual: residual of the equations there, as `linearise` gives it.
         """
         return residual
 

@@ -24,7 +24,7 @@ def warn_of_cylinders(document: Document, robot: RobotDescription, reach: float)
     Args:
         document: collects the warnings.
         robot: the description to check.
-        reach: of the robot from its base [m].
+        reach: reach of the robot from its base [m].
     """
     for joint, cylinder in robot.actuators.items():
         for key in ("bore", "rod"):

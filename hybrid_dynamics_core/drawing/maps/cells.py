@@ -36,7 +36,7 @@ class Grid:
 
     Attributes:
         low: (2,) their corner [m].
-        size: of a cell [m].
+        size: size of a cell [m].
         shape: number of cells in both directions.
     """
 
@@ -71,7 +71,7 @@ class Cells:
     """The cells of a grid with their best samples.
 
     Args:
-        grid: of the cells.
+        grid: grid of the cells.
         placement: function from samples to their places on the map.
         score: function from samples to values; the smallest is the best.
         samples: the first samples.

@@ -102,7 +102,7 @@ def shade(
 
     Args:
         axes: to be painted on.
-        middles: of the cells in both directions.
+        middles: middles of the cells in both directions.
         values: (N, M) in [0, top].
         top: upper end of the colour scale.
         order: in which artists are painted.

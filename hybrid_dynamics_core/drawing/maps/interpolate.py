@@ -82,7 +82,7 @@ def filled_maps(
     The same call gives the same maps.
 
     Args:
-        robot: of the workspace.
+        robot: robot of the workspace.
         workspace: a workspace with reachable samples.
         placements: for each map, the function from samples to places.
         score: function from samples to values; a cell shows its smallest.

@@ -62,7 +62,7 @@ def margin_figure(
         pair: names of the two coordinates.
         u: (n,) active coordinates at which the others stay [rad or m]; None: the reference.
         colour: quantity shown by colours.
-        title: of the figure; None: the names of robot and coordinates.
+        title: title of the figure; None: the names of robot and coordinates.
 
     Returns:
         The figure.

@@ -78,12 +78,12 @@ def modes_figure(
     """The first modes in one view and scale, each with its number and the modes that differ.
 
     Args:
-        robot: of the modes.
+        robot: robot of the modes.
         modes: all of them.
         marked: the branch of the robot's own mode. If it is not among the first, it replaces the
             last.
-        names: which are shown.
-        title: of the figure; None: the robot's name.
+        names: which names to show.
+        title: title of the figure; None: the robot's name.
         most: number of modes that are drawn.
 
     Returns:

@@ -71,10 +71,10 @@ def workspace_figure(
     """One panel for each plane, in one scale, with the robot at its reference on top.
 
     Args:
-        robot: of the workspace.
+        robot: robot of the workspace.
         workspace: to be shown.
-        colour: what colours stand for.
-        title: of the figure; None: the robot's name.
+        colour: quantity shown by colours.
+        title: title of the figure; None: the robot's name.
 
     Returns:
         The figure.

@@ -28,8 +28,8 @@ def framed(
     Args:
         size: width and height of the room [in].
         scenes: scenes of one robot, for the legend.
-        description: of the robot.
-        title: of the figure.
+        description: description of the robot.
+        title: title of the figure.
         line: subtitle.
 
     Returns:

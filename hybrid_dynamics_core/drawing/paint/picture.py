@@ -59,7 +59,7 @@ def with_visuals(scene: Scene, robot: Robot, state: ClosedState | None) -> Scene
     A warning names each mesh that is not shown, with the reason.
 
     Args:
-        scene: of the robot.
+        scene: scene of the robot.
         robot: to be painted.
         state: one closed state; None: the reference configuration.
     """
@@ -88,7 +88,7 @@ def paint_scene(
     Args:
         axes: to be painted on.
         scene: to be painted.
-        names: which are shown.
+        names: which names to show.
         limits: (2, 2) [[left, bottom], [right, top]] [m]; widened to fill the axes' box.
     """
     painter = Painter(axes, scene)

@@ -28,9 +28,9 @@ class Sizes:
     the size of efforts is their largest value.
 
     Attributes:
-        length: of the robot [m].
-        time: of the motion [s].
-        weight: of the robot's links [N].
+        length: length of the robot [m].
+        time: time of the motion [s].
+        weight: weight of the robot's links [N].
     """
 
     length: float
@@ -84,7 +84,7 @@ def suppress_rounding(axes: Axes, natural: float) -> bool:
     Such curves then are straight lines. Other axes are not changed.
 
     Args:
-        axes: with their curves.
+        axes: axes with their curves.
         natural: natural size of the curves.
 
     Returns:

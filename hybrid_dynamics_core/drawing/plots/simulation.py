@@ -40,7 +40,7 @@ class _Quantity:
         symbol: its symbol.
         values: (N, n).
         size: natural size by type of joint.
-        unit: by type of joint.
+        unit: units by type of joint.
     """
 
     title: str
@@ -73,9 +73,9 @@ def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Fi
     """Panels over time, one or more for each unit, with lines at the events.
 
     Args:
-        robot: of the motion.
+        robot: robot of the motion.
         motion: to be drawn.
-        title: of the figure; None: the robot's name.
+        title: title of the figure; None: the robot's name.
 
     Returns:
         The figure.

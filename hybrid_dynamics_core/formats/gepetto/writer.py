@@ -45,7 +45,7 @@ def to_gepetto(robot: AnyRobot, folder: str | Path | None = None) -> Pair:
 
     Args:
         robot: the robot to write, or its description.
-        folder: of the file. Meshes in it get relative paths, others absolute ones.
+        folder: folder of the file. Meshes in it get relative paths, others absolute ones.
 
     Raises:
         InputError: `robot` is neither.
@@ -82,7 +82,7 @@ class _Pairs:
         arm: distance of the two points that tie an axis [m].
         ends: names of the two links of each pair.
         types: 3d or 6d of each pair.
-        names: of the pairs.
+        names: names of the pairs.
     """
 
     def __init__(self, root: Element, arm: float) -> None:

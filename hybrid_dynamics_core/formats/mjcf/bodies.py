@@ -29,7 +29,7 @@ class BodyReader:
     """Reads the bodies of a model.
 
     Attributes:
-        names: of bodies and joints.
+        names: names of bodies and joints.
         freedoms: joints of the description, by their MuJoCo number.
         moving: numbers of bodies that move.
     """

@@ -21,7 +21,7 @@ class Freedom:
     """One hinge or slide.
 
     Attributes:
-        name: of the joint.
+        name: name of the joint.
         entry: type, axis, limits and effects, as an entry of a description.
         before: pose of its frame in the frame after the joint before.
         after: pose of the child body's frame in its own frame.
@@ -106,7 +106,7 @@ class JointReader:
 
         Args:
             joint: a joint of any type.
-            name: of the joint.
+            name: name of the joint.
             number: number of a hinge or slide, for the armature of its actuators.
 
         Raises:

@@ -20,7 +20,7 @@ def mass_entry(body: Body, name: str, xml: XmlReader, element: LocatedElement) -
 
     Args:
         body: a body that moves or has an <inertial>.
-        name: of its link.
+        name: name of its link.
         xml: collects notes.
         element: element of the body.
 

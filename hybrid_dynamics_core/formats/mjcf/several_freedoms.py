@@ -24,7 +24,7 @@ def several_freedoms(joints: JointReader, joint: Joint, name: str, body: Transfo
     Args:
         joints: reader of limits and effects of joints.
         joint: ball or free.
-        name: of the joint.
+        name: name of the joint.
         body: pose of its body in the parent body.
 
     Raises:

@@ -1,15 +1,15 @@
-"""The vocabulary of MJCF: words that MuJoCo reads for us, and words left out with a note.
+"""The vocabulary of MJCF: words that are used, and words left out with a note.
 
-https://mujoco.readthedocs.io/en/stable/XMLreference.html. MuJoCo decides what words mean, this
-table which of them are used. Settings of solver, contacts, pictures and files are left out. A word
-that is not listed, such as one of a newer MuJoCo, is refused.
+https://mujoco.readthedocs.io/en/stable/XMLreference.html. MuJoCo
+interprets the words, this table selects those that are used. Settings of solver, contacts, pictures
+and files are left out. A word that is not listed, as of a newer MuJoCo, is refused.
 """
 
 from __future__ import annotations
 
 from ..xml.vocabulary import Vocabulary, vocabulary
 
-# settings of the solver that `writer` writes for MuJoCo alone
+# solver settings that only MuJoCo uses, written by `writer`
 FOR_MUJOCO = frozenset(
     {
         "option.timestep",

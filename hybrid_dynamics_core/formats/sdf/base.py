@@ -35,8 +35,8 @@ def find_base(xml: XmlReader, poses: ModelPoses, joints: Sequence[JointReader]) 
 
     Args:
         xml: the file, whose links are in the document.
-        poses: of the model.
-        joints: of the model.
+        poses: poses of the model.
+        joints: joints of the model.
     """
     grounded = [joint for joint in joints if joint.is_grounded()]
     roots = _loose_roots(xml, joints, bool(grounded))

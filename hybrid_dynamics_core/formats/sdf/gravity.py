@@ -21,7 +21,7 @@ def gravity_entry(
 
     Args:
         xml: the file, whose links and joints are in the document.
-        poses: of the model.
+        poses: poses of the model.
         model: the model.
         world: the world, or None.
     """

@@ -36,7 +36,7 @@ class Freedom:
     """One hinge or slide of a joint.
 
     Attributes:
-        name: of it.
+        name: its name.
         type: revolute or prismatic.
         axis: (3,) unit vector in the frame of the joint.
         constraints: limits, friction, spring and mimic.
@@ -61,8 +61,8 @@ class JointReader:
 
     Attributes:
         element: the joint.
-        name: of it.
-        type: of the joint, in SDFormat.
+        name: its name.
+        type: type of the joint, in SDFormat.
         path: path of its entry.
     """
 

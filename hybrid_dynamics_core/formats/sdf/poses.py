@@ -64,7 +64,7 @@ class ModelPoses:
         """Pose of a link, joint or frame in the model frame.
 
         Args:
-            name: of it.
+            name: its name.
             asking: element that names it, for messages.
             visited: names on the way here.
 
@@ -101,7 +101,7 @@ class ModelPoses:
         """The link that carries a frame or joint, or the link of that name.
 
         Args:
-            name: of a link, joint or frame.
+            name: name of a link, joint or frame.
             asking: element that names it, for messages.
             visited: names on the way here.
 

@@ -13,7 +13,7 @@ def spanning_tree(joints: Sequence[JointReader], base: Sequence[str]) -> dict[st
     Joints that no closure can replace come first, then all others in the order of the file.
 
     Args:
-        joints: of the model.
+        joints: joints of the model.
         base: fixed links, where the tree begins.
     """
     chosen = _without_cycles(joints, base)

@@ -58,7 +58,7 @@ def to_sdf(robot: AnyRobot, folder: str | Path | None = None) -> str:
 
     Args:
         robot: the robot to write, or its description.
-        folder: of the file. Meshes in it get relative paths, others absolute ones.
+        folder: folder of the file. Meshes in it get relative paths, others absolute ones.
 
     Raises:
         InputError: `robot` is neither, or a name is reserved in SDFormat or used twice.

@@ -37,7 +37,7 @@ def coupled_joints(hung: Mapping[str, Hung], predecessor: str, successor: str) -
     """The joints of a coupling between two links.
 
     Args:
-        hung: how each link hangs on another, by its name.
+        hung: by link: its attachment to another link.
         predecessor: name of a link.
         successor: name of the other link.
     """
@@ -54,7 +54,7 @@ def coupling_links(
     """Predecessor, successor and ratio of a coupling that expresses a follower.
 
     Args:
-        hung: how each link hangs on another, by its name.
+        hung: by link: its attachment to another link.
         follower: the joint that follows.
         multipliers: multiplier of each followed joint, by name.
 

@@ -63,7 +63,7 @@ def add_motors(document: Document, motors: Sequence[str]) -> None:
     """Make joints with transmissions active or, if there are none, all that follow no other.
 
     Args:
-        document: of a URDF with loops that does not say which joints are independent.
+        document: document of a URDF with loops that does not say which joints are independent.
         motors: joints with a drive.
     """
     followers = document.section("joints")

@@ -38,7 +38,7 @@ def to_urdf_plus(robot: AnyRobot, folder: str | Path | None = None) -> str:
 
     Args:
         robot: the robot to write.
-        folder: of the file. Meshes in it get relative paths, others absolute ones.
+        folder: folder of the file. Meshes in it get relative paths, others absolute ones.
     """
     description = description_of(robot)
     root = tree_element(description, folder)

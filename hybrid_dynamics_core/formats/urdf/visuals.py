@@ -82,7 +82,7 @@ class VisualReader:
         if not shapes:
             raise self.xml.error(visual, key, f"no shape; expected one of {_SHAPES}")
         entry = self.shape(shapes[0], key)
-        entry = self.stood_for(visual, entry, key)
+        entry = self.original(visual, entry, key)
         if visual.first("origin") is not None:
             entry["origin"] = self.xml.origin(visual, key)
         colour = self.colour(visual.first("material"), key)
@@ -106,7 +106,7 @@ class VisualReader:
         shape = element.tag.rpartition(":")[2]
         return shape_entry(self.xml, element, shape, sizes, key)
 
-    def stood_for(self, visual: LocatedElement, entry: Data, key: KeyPath) -> Data:
+    def original(self, visual: LocatedElement, entry: Data, key: KeyPath) -> Data:
         """The original of a substitute shape, by its name."""
         name = visual.get("name")
         if name.startswith(CAPSULE) and "cylinder" in entry:

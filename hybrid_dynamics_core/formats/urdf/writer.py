@@ -37,7 +37,7 @@ def to_urdf(robot: AnyRobot, folder: str | Path | None = None) -> str:
 
     Args:
         robot: the robot that is written.
-        folder: of the file. Meshes in it get relative paths, others absolute ones.
+        folder: folder of the file. Meshes in it get relative paths, others absolute ones.
     """
     description = description_of(robot)
     root = tree_element(description, folder)
@@ -74,7 +74,7 @@ def tree_element(robot: RobotDescription, folder: str | Path | None = None) -> E
 
     Args:
         robot: the robot that is written.
-        folder: of the file.
+        folder: folder of the file.
     """
     root = Element("robot", name=robot.name)
     links = shapes.all_links(robot)

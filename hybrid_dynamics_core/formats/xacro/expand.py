@@ -55,7 +55,7 @@ def expand_xacro(path: Path, options: FileOptions) -> Expansion:
     """Expand a .xacro file.
 
     Args:
-        path: of the file.
+        path: path of the file.
         options: arguments, and the search path of packages.
 
     Raises:

@@ -23,8 +23,8 @@ class LocatedElement:
     """An element of a file.
 
     Attributes:
-        tag: of the element.
-        attributes: by name.
+        tag: tag of the element.
+        attributes: attributes by name.
         line: line of the start tag (1-based).
         children: elements inside it.
         text: text directly inside it.

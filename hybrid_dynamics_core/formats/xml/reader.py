@@ -85,10 +85,10 @@ class XmlReader:
         """The finite number of an attribute.
 
         Args:
-            element: that has the attribute.
+            element: element with the attribute.
             attribute: name of it.
-            key: of the entry, for messages.
-            default: where there is no such attribute; None where there has to be.
+            key: key of the entry, for messages.
+            default: value without the attribute; None if it is required.
         """
         defaults = None
         if default is not None:
@@ -106,11 +106,11 @@ class XmlReader:
         """The finite numbers of an attribute.
 
         Args:
-            element: that has the attribute.
+            element: element with the attribute.
             attribute: name of it.
-            count: how many numbers it has.
-            key: of the entry, for messages.
-            default: where there is no such attribute; None where there has to be.
+            count: count of its numbers.
+            key: key of the entry, for messages.
+            default: value without the attribute; None if it is required.
         """
         text = element.attributes.get(attribute)
         if text is not None:

@@ -36,7 +36,7 @@ def to_yaml(robot: AnyRobot, folder: str | Path | None = None) -> str:
 
     Args:
         robot: the robot to write, or its description.
-        folder: of the file. Meshes in it get relative paths, others absolute ones.
+        folder: folder of the file. Meshes in it get relative paths, others absolute ones.
 
     Raises:
         InputError: `robot` is neither.

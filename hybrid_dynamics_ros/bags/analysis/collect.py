@@ -157,7 +157,7 @@ class _Collector:
             span: first and last time since the first stamp of the bag [s].
             max_gap: largest gap between stamps [s].
             every: every n-th sample is kept.
-            pressures: of the bag.
+            pressures: pressures of the bag.
         """
         self._pipeline = pipeline
         self._evaluator = pipeline.evaluator

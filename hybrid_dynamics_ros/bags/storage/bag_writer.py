@@ -41,7 +41,7 @@ class BagWriter:
 
         Args:
             folder: its folder, which must not exist.
-            topics: all of its topics.
+            topics: all topics of the bag.
             notes: custom data for its metadata.
         """
         folder.mkdir()
@@ -119,7 +119,7 @@ def new_bag(
 
     Args:
         path: folder of the bag.
-        topics: all of its topics.
+        topics: all topics of the bag.
         notes: custom data for its metadata.
 
     Raises:

@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Play a recording once, and print the number of messages sent.
 
     Args:
-        arguments: of the command; None: those of the process.
+        arguments: arguments of the command; None: those of the process.
 
     Returns:
         The exit code of the process.

@@ -67,8 +67,8 @@ def table(
     """The state of all joints and of the end effector.
 
     Args:
-        snapshot: what to show.
-        progress: how far the run is.
+        snapshot: state to show.
+        progress: progress of the run.
         prismatic: coordinates that are lengths; the others are angles.
         bar: two characters, for the done and the remaining part.
     """
@@ -90,8 +90,8 @@ def line(snapshot: Snapshot, progress: Progress, prismatic: Collection[str]) -> 
     Neither is wider than a terminal.
 
     Args:
-        snapshot: what to show.
-        progress: how far the run is.
+        snapshot: state to show.
+        progress: progress of the run.
         prismatic: coordinates that are lengths; the others are angles.
     """
     joints = []

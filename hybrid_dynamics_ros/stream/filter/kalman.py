@@ -187,7 +187,7 @@ def _measured(
     Args:
         diagonal: D.
         upper: U.
-        order: of the derivative.
+        order: order of the derivative.
         noise: variance of the sample.
     """
     after, variances = [list(row) for row in upper], list(diagonal)
@@ -211,7 +211,7 @@ def _scaled(gains: Sequence[Scalar], omega: Scalar, order: int) -> list[Scalar]:
     Args:
         gains: gains of a derivative in natural units.
         omega: [1/s].
-        order: of the derivative.
+        order: order of the derivative.
     """
     scaled = []
     for k, gain in enumerate(gains):

@@ -172,7 +172,7 @@ def _gains(cofactors: Sequence[Scalar], scale: Scalar, rate: Scalar) -> Scalars:
     derivatives.
 
     Args:
-        cofactors: of the first column.
+        cofactors: cofactors of the first column.
         scale: weight of the newest sample over the determinant.
         rate: lambda [1/s].
     """

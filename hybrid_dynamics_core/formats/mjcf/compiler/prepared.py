@@ -26,7 +26,7 @@ class PreparedText:
         key: the first keyframe with coordinates.
 
     Args:
-        root: of the file.
+        root: root of the file.
         attached: roots of attached models by name.
         files: names in place of paths, by the identity of elements.
     """

@@ -1,8 +1,8 @@
 """The program of the separate process that compiles MJCF: MuJoCo in isolation.
 
 It is run by its path and imports only MuJoCo, NumPy and the standard library. Its input is the text
-of a model without includes, and the meshes that define masses; it opens no file. System limits end
-it if it needs too much time or memory. It serves one model after the other, and ends when idle.
+of a model with includes inserted, and the meshes that define masses. It opens no file. Resource
+limits bound its time and memory. It compiles one model after the other, and ends when idle.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CLOSE = 1e-9  # relative difference of equal tensors
 _FIRST = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>"
 _TRIANGLE = 1e-12  # relative rounding of possible moments
 _FREE, _BALL = 0, 1
-_MODEL = "model"  # names of models that are attached begin so, those of meshes do not
+_MODEL = "model"  # prefix of names of attached models, which meshes do not have
 
 
 class _Compiler:
@@ -345,7 +345,7 @@ def answer(text: str, assets: dict[str, bytes]) -> dict[str, Any]:
         return _Compiler(text, assets).answer()
     except MemoryError:
         return {"error": f"needs more than {_MEMORY} bytes of memory to be compiled"}
-    except Exception as error:  # noqa: BLE001 - MuJoCo raises whatever it is that it met
+    except Exception as error:  # noqa: BLE001 - MuJoCo raises errors of any type
         return {"error": str(error) or type(error).__name__}
 
 
@@ -371,8 +371,8 @@ def serve(source: BinaryIO, target: BinaryIO, patience: int) -> None:
         target.flush()
 
 
-def beside(name: str) -> Any:
-    """A module of this process, which is a file beside this one."""
+def load_module(name: str) -> Any:
+    """Load a module from the folder of this file, by path."""
     place = Path(__file__).with_name(f"{name}.py")
     spec = importlib.util.spec_from_file_location(name, place)
     assert spec is not None and spec.loader is not None  # noqa: S101, PT018
@@ -387,7 +387,7 @@ sys.path[:] = start["path"]
 import mujoco  # noqa: E402 - found by the parent's path
 import numpy  # noqa: E402
 
-geoms = beside("geoms")
+geoms = load_module("geoms")
 answer(_FIRST, {})  # loads lazily imported code before the limits apply
 answers = os.fdopen(os.dup(1), "wb")
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # discards what MuJoCo prints
