@@ -23,7 +23,7 @@ _FILLED = ("memory", "fitted", "quality")
 def compiled(steps: Steps) -> Callable[..., int]:
     """Compile steps to a `recursion.Advance`."""
     text = "".join((DECLARATIONS, doubles.DECLARATIONS, _rows_text(steps), _entry_text(steps)))
-    return extension.function(llvm.Loaded(llvm.compile_text(text, native.LEVEL)))
+    return extension.function(llvm.LoadedCode(llvm.compile_text(text, native.LEVEL)))
 
 
 def _entry_text(steps: Steps) -> str:
