@@ -8,14 +8,23 @@ from pathlib import Path
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus, to_yaml
-from hybrid_dynamics_core.formats.output_files import write_files
+from hybrid_dynamics_core.export import (
+    to_c,
+    to_gepetto,
+    to_mjcf,
+    to_sdf,
+    to_urdf,
+    to_urdf_plus,
+    to_yaml,
+)
+from hybrid_dynamics_core.formats.output_files import write_files, write_folder
 
 from ..output import written
 from ..parameters import loaded, robot_argument
 from ..writing import output_option, output_path
 
 PAIR = "robot.yaml"
+C = "c"
 FORMS: dict[str, Callable[[Robot, Path | None], str]] = {  # (robot, folder of the file) -> text
     "urdf": lambda robot, folder: to_urdf(robot.description, folder),
     "urdf+": lambda robot, folder: to_urdf_plus(robot.description, folder),
@@ -38,6 +47,7 @@ Examples:
   hybrid-dynamics export excavator --format mjcf --output excavator.xml
   hybrid-dynamics export excavator --format sdf -o excavator.sdf
   hybrid-dynamics export excavator --format robot.yaml -o excavator_pairs.yaml
+  hybrid-dynamics export excavator --format c -o excavator_c
   hybrid-dynamics export my_robot.yaml | check_urdf /dev/stdin
 """
 
@@ -47,25 +57,38 @@ Examples:
 @click.option(
     "--format",
     "form",
-    type=click.Choice([*FORMS, PAIR]),
+    type=click.Choice([*FORMS, PAIR, C]),
     default="urdf",
     show_default=True,
     help="Format of the file.",
 )
-@output_option(help="Write to this file; else to the terminal.")
+@output_option(help="Write to this file, c to this folder; else to the terminal.")
 @click.option(
     "--overwrite",
     is_flag=True,
     help="Replace files that are there, but none that ROBOT is read from.",
 )
-def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
+@click.option(
+    "--programs",
+    metavar="NAMES",
+    help="Of c: functions to write, such as close,inverse_dynamics; else all.",
+)
+def command(
+    robot: str, form: str, output: str | None, overwrite: bool, programs: str | None
+) -> None:
     """Write the robot for other tools.
 
     urdf: its tree, loops cut. urdf+: URDF with <loop> elements. robot.yaml: pairs of frames that
     close the loops, for Pinocchio as Gepetto has them, with the URDF written beside. mjcf: for
-    MuJoCo. sdf: SDFormat, for Gazebo. yaml: a description file, as `import` writes it. All can be
-    read back; from urdf comes the tree, with every joint driven.
+    MuJoCo. sdf: SDFormat, for Gazebo. yaml: a description file, as `import` writes it. All these
+    can be read back; from urdf comes the tree, with every joint driven. c: closure, kinematics and
+    dynamics in C99, a folder with build files.
     """
+    if form == C:
+        _write_c(robot, output, overwrite, programs)
+        return
+    if programs is not None:
+        raise click.UsageError(f"--programs belongs to --format c; {form} has none")
     machine = loaded(robot)
     if form == PAIR:
         texts = _pair(machine, output)
@@ -80,6 +103,23 @@ def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
     write_files(texts, machine.description, overwrite)
     for path, title in zip(texts, titles, strict=True):
         click.echo(written(path, title))
+
+
+def _write_c(robot: str, output: str | None, overwrite: bool, programs: str | None) -> None:
+    """Write the folder of C code.
+
+    Raises:
+        click.UsageError: the folder is not named.
+    """
+    if output is None:
+        raise click.UsageError("c is a folder of files; say where with --output FOLDER")
+    names = None
+    if programs is not None:
+        names = [name.strip() for name in programs.split(",") if name.strip()]
+    texts = to_c(loaded(robot), names)
+    write_folder(texts, Path(output), overwrite)
+    for name in texts:
+        click.echo(written(Path(output) / name, "C99"))
 
 
 def _pair(robot: Robot, output: str | None) -> dict[Path, str]:

@@ -1,5 +1,6 @@
-"""Robots in the formats of other tools; `load` reads back all that carry loops."""
+"""Robots in the formats of other tools; `load` reads back all that carry loops. And as C99."""
 
+from ..formats.c.writer import to_c
 from ..formats.gepetto.writer import Pair, to_gepetto
 from ..formats.mjcf.writer import to_mjcf
 from ..formats.sdf.writer import to_sdf
@@ -7,4 +8,13 @@ from ..formats.urdf.plus_writer import to_urdf_plus
 from ..formats.urdf.writer import to_urdf
 from ..formats.yaml.writer import to_yaml
 
-__all__ = ["Pair", "to_gepetto", "to_mjcf", "to_sdf", "to_urdf", "to_urdf_plus", "to_yaml"]
+__all__ = [
+    "Pair",
+    "to_c",
+    "to_gepetto",
+    "to_mjcf",
+    "to_sdf",
+    "to_urdf",
+    "to_urdf_plus",
+    "to_yaml",
+]

@@ -38,6 +38,35 @@ def write_files(
         path.write_text(text, encoding="utf-8")
 
 
+def write_folder(texts: Mapping[str, str], folder: Path, overwrite: bool = False) -> None:
+    """Write all files of an export into a folder of their own, or none.
+
+    Args:
+        texts: text of each file by its name.
+        folder: it is made if it is not there; otherwise it may hold files of these names alone.
+        overwrite: whether existing files may be replaced.
+
+    Raises:
+        InputError: the folder is none, has other files, or files are not to be replaced.
+        OSError: a file cannot be written.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; name a folder")
+    if not folder.parent.is_dir():
+        raise InputError(f"{folder}: there is no folder {folder.parent}")
+    entries = sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
+    others = [name for name in entries if name not in texts or not (folder / name).is_file()]
+    if others:
+        raise InputError(f"{folder}: has other files, such as {others[0]}; name an empty folder")
+    if entries and not overwrite:
+        raise InputError(
+            f"{folder}: has {entries[0]} already; name another folder, or give --overwrite"
+        )
+    folder.mkdir(exist_ok=True)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
 def source_files(robot: RobotDescription) -> list[Path]:
     """Every file that a robot was read from."""
     files = dict.fromkeys((robot.file, *robot.files.values()))

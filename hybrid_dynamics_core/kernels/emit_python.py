@@ -38,7 +38,7 @@ class _Body:
         self.lines: list[str] = []
         self.terms: dict[int, _Term] = {}
         self._called: set[int] = set()
-        uses = _uses(trace)
+        uses = count_uses(trace)
         for index in trace.live:
             term = self._term(index)
             is_input = trace.graph.nodes[index][0] == "input"
@@ -79,7 +79,7 @@ class _Body:
         return self.terms[x.index].text if isinstance(x, Symbol) else repr(float(x))
 
 
-def _uses(trace: Trace) -> Counter[int]:
+def count_uses(trace: Trace) -> Counter[int]:
     """Number of uses of each node; a check uses its value twice."""
     uses: Counter[int] = Counter()
     for index in trace.live:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import builtins
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,7 @@ CHECKED = (
 RUN_ALONE = [page for page in PAGES if page not in CHECKED and any(blocks_of(page))]
 LONG = (  # some seconds of commands
     "docs/bags.md",
+    "docs/c_code.md",
     "docs/install.md",
     "docs/own_robot.md",
     "docs/papers.md",
@@ -80,6 +82,8 @@ def needs(page: str) -> None:
         "hybrid-dynamics": "click",
         "bag ": "rosbags",
     }
+    if "gcc " in text and shutil.which("gcc") is None:
+        pytest.skip("there is no gcc")
     for sign, library in libraries.items():
         if sign in text:
             pytest.importorskip(library)

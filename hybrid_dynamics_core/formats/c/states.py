@@ -1,0 +1,113 @@
+"""States of a robot with the library's results, which a build of the C code is checked against."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...closed_state.state import ClosedState
+from ...errors import MassSingularityError, StateError
+from ...ground.arrays import Array
+from ...programs import OutcomeKind
+from ...robot.robot import Robot
+from .calls import GUESS, Call
+
+REACH = 0.25  # [rad or m] about the reference, where a coordinate has no limits
+REGULAR = 0.02  # least distance to a singularity
+STEP = 1e-3  # [rad or m] longest move from the guess
+ATTEMPTS = 60  # for each state
+
+
+@dataclass(frozen=True)
+class Vector:
+    """Arguments and results of a C function.
+
+    Attributes:
+        inputs: those of the call, then the guess.
+        outputs: results of the call, then the configuration.
+        status: the public status; outputs are zero where it is not 0.
+    """
+
+    inputs: Array
+    outputs: Array
+    status: int
+
+
+def random_states(
+    robot: Robot, count: int, rng: np.random.Generator
+) -> Iterator[tuple[Array, ClosedState]]:
+    """Guesses (n_s,), and closed states near them."""
+    n = len(robot.active)
+    reach = REACH
+    made = 0
+    for _ in range(ATTEMPTS * count):
+        lower = np.maximum(robot.limits[:, 0], robot.reference - reach)
+        upper = np.minimum(robot.limits[:, 1], robot.reference + reach)
+        u = lower + rng.uniform(0.05, 0.95, n) * (upper - lower)
+        near = robot.close(u, check=False)
+        if near.status or not near.singularity > REGULAR:
+            reach *= 0.9
+            continue
+        du = rng.uniform(-1.0, 1.0, n)
+        try:
+            state = robot.close(u + STEP * rng.uniform(-1.0, 1.0, n), du, near=near)
+        except StateError:
+            continue
+        yield near.s, state
+        made += 1
+        if made == count:
+            return
+
+
+def vectors(robot: Robot, calls: Sequence[Call], count: int) -> dict[str, list[Vector]]:
+    """Arguments and results by name of the call, in random states, or at the reference."""
+    rng = np.random.default_rng(0)
+    states = list(random_states(robot, count, rng))
+    if not states:
+        reference = robot.close(robot.reference)
+        states = [(reference.s, reference)]
+    return {call.name: _vectors_of(robot, call, states, rng) for call in calls}
+
+
+def _vectors_of(
+    robot: Robot,
+    call: Call,
+    states: Sequence[tuple[Array, ClosedState]],
+    rng: np.random.Generator,
+) -> list[Vector]:
+    result = []
+    for guess, state in states:
+        arguments = {
+            "u": state.u,
+            "du": state.du,
+            "ddu": rng.uniform(-1.0, 1.0, state.n),
+            "tau": rng.uniform(-1.0, 1.0, state.n),
+            "gravity": robot.loads.gravity,
+            GUESS: guess,
+        }
+        inputs = np.concatenate([arguments[name] for name in (*call.inputs, GUESS)])
+        try:
+            outputs = _results(robot, call.name, state, arguments)
+            result.append(Vector(inputs, np.concatenate([outputs, state.s]), 0))
+        except MassSingularityError:
+            nothing = np.zeros(state.n + len(state.s))
+            result.append(Vector(inputs, nothing, int(OutcomeKind.MASS_SINGULAR)))
+    return result
+
+
+def _results(robot: Robot, name: str, state: ClosedState, arguments: dict[str, Array]) -> Array:
+    """The results of a call, flat and in order."""
+    if name == "close":
+        return np.concatenate([state.s, state.ds])
+    if name == "inverse_dynamics":
+        return robot.inverse_dynamics(state, arguments["ddu"])
+    if name == "forward_dynamics":
+        return robot.forward_dynamics(state, arguments["tau"])
+    if name == "minimal_form":
+        return np.concatenate([np.ravel(part) for part in robot.minimal_form(state)])
+    if name == "forward_kinematics":
+        pose = robot.forward_kinematics(state)
+        return np.concatenate([pose.position, np.ravel(pose.rotation)])
+    return np.ravel(robot.jacobian(state))
