@@ -58,8 +58,7 @@ def evaluate(
             if the expression has units.
 
     Raises:
-        ValueError: it has no value, or a wrong unit. The message is written as the end of a
-            sentence.
+        ValueError: it has no value, or a wrong unit. The message is a clause.
         OverflowError: the value is too large.
     """
     if len(text) > MAX_LENGTH:
@@ -156,13 +155,13 @@ class _Evaluation:
             raise _NotAllowedError
         left = self.summand(node.left)
         right = self.summand(node.right)
-        dimension = self.common([left, right])
+        dimension = self.common_dimension([left, right])
         if isinstance(node.op, ast.Add):
             return Quantity(left.value + right.value, dimension)
         return Quantity(left.value - right.value, dimension)
 
-    def common(self, parts: Sequence[Quantity]) -> Dimension | None:
-        """The dimension of parts; parts without one are ignored, the others must agree."""
+    def common_dimension(self, parts: Sequence[Quantity]) -> Dimension | None:
+        """The common dimension of quantities; those without a dimension are ignored."""
         written = {part.dimension for part in parts} - {None, PLAIN}
         if len(written) > 1:
             words = " and ".join(sorted(map(described, filter(None, written))))
@@ -183,7 +182,7 @@ class _Evaluation:
         if len(node.args) != count:
             raise ValueError(f"{name}() takes {counted(count, 'value')}")
         arguments = [self.summand(argument) for argument in node.args]
-        dimension = self.after(name, arguments)
+        dimension = self.result_dimension(name, arguments)
         values = [argument.value for argument in arguments]
         try:
             return Quantity(function(*values), dimension)
@@ -191,13 +190,13 @@ class _Evaluation:
             listed = ", ".join(f"{value:g}" for value in values)
             raise ValueError(f"{name}({listed}) has no value") from None
 
-    def after(self, name: str, arguments: Sequence[Quantity]) -> Dimension | None:
+    def result_dimension(self, name: str, arguments: Sequence[Quantity]) -> Dimension | None:
         """The dimension of a function's result."""
-        dimension = self.common(arguments)
+        dimension = self.common_dimension(arguments)
         if name == "abs":
             return dimension
         if name == "sqrt":
-            return self.root(dimension)
+            return self.root_dimension(dimension)
         if name != "atan2" and dimension not in (None, PLAIN, ANGLE):
             raise ValueError(
                 f"{name}() of '{self.text}' is of {described(dimension)}; expected an angle or a"
@@ -205,7 +204,7 @@ class _Evaluation:
             )
         return PLAIN
 
-    def root(self, dimension: Dimension | None) -> Dimension | None:
+    def root_dimension(self, dimension: Dimension | None) -> Dimension | None:
         if dimension is None:
             return None
         if any(power % 2 for power in dimension):

@@ -55,7 +55,7 @@ class _Queue:
             missing = None if runtime is None else self._missing(runtime, call.request)
             if runtime is not None and missing is not None:
                 work = partial(self._prepare, runtime, missing)
-                self._is_preparing = self._calls.beside(work)
+                self._is_preparing = self._calls.run_in_changer(work)
             if not self._is_preparing:
                 self._waiting.popleft()
                 call.deferred.give(call.respond())

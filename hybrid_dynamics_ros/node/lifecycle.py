@@ -117,7 +117,7 @@ class HybridDynamicsNode(EventFreeNode):
             self._calls.offer_following(robot, self.settings)
         except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
             return self._fail(one_line(error))
-        except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
+        except Exception:  # noqa: BLE001 - rclpy would not report a fault
             return self._fail(f"fault of the node:\n{traceback.format_exc()}")
         self._runtime, self._failure = runtime, ""
         # The robot's objects are frozen, since their garbage collection would delay the stream.

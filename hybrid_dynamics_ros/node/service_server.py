@@ -163,7 +163,7 @@ class ServiceServer:
         """The runtime of the present robot, or None."""
         return self._runtime
 
-    def beside(self, work: Callable[[], None]) -> bool:
+    def run_in_changer(self, work: Callable[[], None]) -> bool:
         """Call a function in the thread of the changes; returns False without a robot."""
         if self._changer is None:
             return False
@@ -184,8 +184,8 @@ class ServiceServer:
         Args:
             service: the service.
             request: its request.
-            give: called with the response, in some thread.
-            is_begun: whether it continues a job; such calls are never refused for a full queue.
+            give: receives the response, in any thread.
+            is_begun: whether the call continues a job, which is never refused for a full queue.
         """
         self._call(service, request, service.kind.Response(), give, is_begun=is_begun)
 
@@ -258,5 +258,5 @@ class ServiceServer:
         try:
             give(response)
         except Exception as error:  # noqa: BLE001 - the client, or the node, may be gone by now
-            text = f"{name}: the answer found nobody: {error}"
+            text = f"{name}: the response could not be sent: {error}"
             self._log.warn(("undelivered", name), text)

@@ -17,9 +17,9 @@ from .equations import LoopEquations
 from .planar import PlanarGeometry, PlanarJoint, PlanarPin
 from .plane import PARALLEL, plane_basis
 
-# [rad] error of angles that are printed with few digits, such as 1.57 and 3.14
+# [rad] error of angles with few digits, such as 1.57 and 3.14
 ROUNDED_ANGLE = 5e-3
-# [m] along the loop's axis up to which two points count as one: printed numbers are rounded
+# [m] tolerance for the distance of the ends along the loop's axis, since numbers are rounded
 APART = 1e-6
 
 

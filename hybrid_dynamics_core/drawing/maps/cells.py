@@ -1,4 +1,4 @@
-"""Cells of a map: each keeps its best sample, and new samples start from these.
+"""Cells of a map, each with its best sample, from which new samples start.
 
 This is MAP-Elites, Mouret and Clune 2015 (arXiv 1504.04909). A cell is filled only by a sample that
 closes within all limits.
@@ -20,7 +20,7 @@ Mask = NDArray[np.bool_]
 Indices = NDArray[np.int64]
 # (N,) values of samples; a cell keeps the smallest; NaN excludes a sample
 Score = Callable[[Margins], Array]
-Placement = Callable[[Margins], Array]  # (N, 2) where samples are on the map [m]
+Placement = Callable[[Margins], Array]  # (N, 2) positions of samples on the map [m]
 
 _PATIENCE: Final = 20  # rounds without improvement near a cell after which it stops
 _GAIN: Final = 5e-3  # least improvement, as a share of the range of values
@@ -35,7 +35,7 @@ class Grid:
     """Square cells.
 
     Attributes:
-        low: (2,) their corner [m].
+        low: (2,) lower left corner [m].
         size: size of a cell [m].
         shape: number of cells in both directions.
     """
@@ -72,7 +72,7 @@ class Cells:
 
     Args:
         grid: grid of the cells.
-        placement: function from samples to their places on the map.
+        placement: function from samples to their positions on the map.
         score: function from samples to values; the smallest is the best.
         samples: the first samples.
     """

@@ -97,7 +97,7 @@ class McapReader:
         ]
 
     def pieces(self, wanted: frozenset[str] | None) -> list[Piece]:
-        """Its chunks, and runs of messages outside them."""
+        """The chunks of the file, and runs of messages outside them."""
         pieces = []
         for segment in self._segments:
             span = self._span(segment)
@@ -110,8 +110,8 @@ class McapReader:
             for topic, messages in self._messages(segment):
                 if messages.log_ns[0] < span[0]:
                     self._lose(
-                        f"what begins at byte {segment.start} has messages before {span[0]} ns,"
-                        " which its index denies: the order of messages may be wrong"
+                        f"the part from byte {segment.start} has messages before {span[0]} ns,"
+                        " contrary to its index: the order of messages may be wrong"
                     )
                 if wanted is None or topic in wanted:
                     yield topic, messages
