@@ -1,4 +1,4 @@
-"""Closing on the right assembly mode.
+"""Closure on a given assembly mode.
 
 A closure in closed form is evaluated directly. Any other is followed by continuation from a closed
 configuration.
@@ -27,7 +27,7 @@ RunClose = Callable[[Array, Array, Array, Array], ClosureResults]
 
 
 class Start(NamedTuple):
-    """A closed configuration to come from.
+    """Closed configuration from which a motion is followed.
 
     Attributes:
         s: all coordinates (n_s,) or (N, n_s) [rad, m].
@@ -53,7 +53,7 @@ RunPath = Callable[[Array, Array, Start], tuple[Start, Codes]]
 def reference_start(model: Model, signs: Array) -> Start:
     """The reference configuration of a model, on branch signs (blocks,).
 
-    Its R is computed on floats, as no code needs to be made for that.
+    Its R is computed on floats, without compiled code.
     """
     plan = model.plan
     u = [plan.reference.q[k] for k in plan.given]
@@ -66,10 +66,10 @@ class ClosureRuns(NamedTuple):
     """The closure kernels of a model.
 
     Attributes:
-        at: closes from a guess.
+        at: function that closes from a guess.
         step: function that closes from a start, in one move. The status `JUMP` means that the move
             is not smooth.
-        path: closes rows of which each starts from the one before.
+        path: function that closes rows, each started from the previous one.
     """
 
     at: RunClose
@@ -78,7 +78,7 @@ class ClosureRuns(NamedTuple):
 
 
 class ClosureSolver:
-    """Closes one model.
+    """Solver of the loops of one model.
 
     Args:
         model: tree and closure plan.
@@ -196,7 +196,7 @@ class ClosureSolver:
                     start = Start(previous, steps.velocity_map[good - 1])
             if done == len(u):
                 break
-            # a row that is not near the one before, or the first one
+            # the first row, or one that is not near the previous one
             values, code = self.close(u[done], np.zeros_like(u[done]), signs, start)
             if code != GOOD:
                 s[done:] = previous

@@ -25,7 +25,7 @@ PLOTS: Final[dict[Any, Any]] = {
     "legend.frameon": False,
 }
 _LINE: Final = 0.16  # [in] height of a line of the caption
-_LETTERS: Final = 16.5  # letters of a caption per inch, so that lines end before the edge
+_LETTERS: Final = 16.5  # characters of a caption per inch
 _LEFT: Final = 0.015  # left edge of texts, as a share of the figure's width
 _ROW: Final = 13.0  # [pt] height of a row of a legend
 _GAP: Final = 6.0  # [pt] between axes, legend and title
@@ -117,7 +117,7 @@ def written_page(
     Args:
         path: path of the file, .svg, .png or .pdf.
         title: title of the figure.
-        line: text of the line.
+        line: subtitle.
         height: height of the axes with their names [in].
 
     Yields:
@@ -133,9 +133,9 @@ def written_page(
 
 
 def entitled(axes: Axes, title: str, columns: int = 0) -> None:
-    """Write a title above axes, and a legend between both, where it hides nothing.
+    """Write a title above axes, and a legend between title and axes.
 
-    Tick labels beside a legend have no common power of ten.
+    Tick labels next to a legend have no common power of ten.
 
     Args:
         axes: axes with labelled curves.

@@ -100,7 +100,7 @@ class PlanarChainState:
         return sub(total, scale(omega * omega, sub(self.end, last)))
 
     def marks(self) -> list[Scalar]:
-        """Pivots and end."""
+        """Coordinates [m] of all pivots and of the end point."""
         marks: list[Scalar] = []
         for joint, place in zip(self.joints, self.places, strict=True):
             if joint.revolute:
@@ -119,7 +119,7 @@ def planar_chain(
     """A chain with its end point (2,) [m] at zero, at a configuration."""
     c: Scalar = 1.0
     s: Scalar = 0.0
-    # the last pivot, and what lies between it and the next place: places at zero, and slides
+    # last pivot, its position at zero, and displacement of the slides after it
     pivot, at_zero, slid = ORIGIN, ORIGIN, ORIGIN
     places: list[Vector] = []
     for joint in joints:

@@ -224,7 +224,7 @@ class JointReader:
             return 1.0
         value = self.xml.text_number(older, self.path, 0.0)
         if not value:
-            problem = "has a <thread_pitch> of 0 turns for a way; expected another number"
+            problem = "has a <thread_pitch> of 0; expected another number"
             raise self.xml.error(self.element, self.path, problem)
         return -_ONE_TURN / value
 

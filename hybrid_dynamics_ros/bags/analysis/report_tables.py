@@ -123,8 +123,8 @@ def outliers_table(recording: EvaluatedRecording) -> str:
     listed = recording.outliers[:_MAX_LISTED]
     rows = [_outlier_row(recording, outlier) for outlier in listed]
     text = (
-        "These samples contradict their neighbours. Accelerations are computed without them, and there"
-        " are no efforts at their stamps."
+        "These samples contradict their neighbours. Accelerations are computed without them, and"
+        " there are no efforts at their stamps."
     )
     unlisted = len(recording.outliers) - len(listed)
     if unlisted:
