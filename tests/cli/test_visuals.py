@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.cli.calling import call
 from tests.mesh_files import write_mesh
 
@@ -17,13 +19,21 @@ end_effector: {link: a}
 """
 
 
+@pytest.fixture(autouse=True)
+def _python_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each robot is asked once: compiling would take longer."""
+    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+
+
 def test_a_picture_shows_the_skeleton_where_it_is_asked_for(tmp_path: Path) -> None:
-    visuals = call("check", "excavator", "--draw", str(tmp_path / "visuals.svg"))
-    skeleton = call("check", "excavator", "--skeleton", "--draw", str(tmp_path / "skeleton.svg"))
+    file = tmp_path / "r.yaml"
+    file.write_text(PENDULUM.replace("mesh: {file: MESH}", "box: {size: [1, 1, 1]}"))
+    visuals = call("check", str(file), "--draw", str(tmp_path / "visuals.svg"))
+    skeleton = call("check", str(file), "--skeleton", "--draw", str(tmp_path / "skeleton.svg"))
     assert (visuals.exit_code, skeleton.exit_code) == (0, 0)
     assert "<image" in (tmp_path / "visuals.svg").read_text()
     assert "<image" not in (tmp_path / "skeleton.svg").read_text()
-    alone = call("check", "excavator", "--skeleton")
+    alone = call("check", str(file), "--skeleton")
     assert "--skeleton is of the picture; give --draw FILE too" in alone.output
 
 

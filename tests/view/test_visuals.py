@@ -33,12 +33,17 @@ end_effector: {link: lower, xyz: [1, 0, 0]}
 """
 
 
-@pytest.fixture
-def arm(tmp_path: Path) -> Robot:
+def arm_in(folder: Path) -> Robot:
     pytest.importorskip("trimesh")
-    write_mesh(tmp_path / "part.stl")
-    (tmp_path / "arm.yaml").write_text(ARM, encoding="utf-8")
-    return Robot(read_description(tmp_path / "arm.yaml"))
+    write_mesh(folder / "part.stl")
+    (folder / "arm.yaml").write_text(ARM, encoding="utf-8")
+    return Robot(read_description(folder / "arm.yaml"))
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    """Its mesh is read once."""
+    return arm_in(tmp_path_factory.mktemp("arm"))
 
 
 def owners(viewer) -> set[tuple[str, str]]:
@@ -107,8 +112,9 @@ def test_the_switch_asks_for_what_a_person_wants() -> None:
 
 
 def test_a_mesh_that_is_not_read_is_named_and_the_view_opens(
-    arm: Robot, tmp_path: Path, opened: Opened
+    tmp_path: Path, opened: Opened
 ) -> None:
+    arm = arm_in(tmp_path)
     (tmp_path / "part.stl").write_bytes(b"nothing at all")
     viewer = opened(arm)
     (problem,) = viewer.scene_view.visuals.surfaces.problems
