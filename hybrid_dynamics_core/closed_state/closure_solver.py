@@ -168,7 +168,7 @@ class ClosureSolver:
         signs: Array,
         start: Start | None,
     ) -> ClosureResults:
-        """Close along a motion, each row followed from the one before.
+        """Close along a motion, each row followed from the previous one.
 
         All rows after one that fails get its code.
 

@@ -142,7 +142,7 @@ def _block_diagonal(variables: _Variables, size: int) -> Array:
 
 
 def _weights(misfit: float, last: float) -> list[float]:
-    """Weights from the squared error down to the last, each a tenth of the one before."""
+    """Weights from the squared error down to the last, each a tenth of the previous one."""
     ratio = max(misfit, last) / last
     stages = max(0, math.ceil(math.log10(ratio)))
     return [last * 10.0**k for k in range(stages, -1, -1)]

@@ -32,7 +32,7 @@ from .outliers import Mask, outlying_samples
 PRIOR_WEIGHT = 1e-3
 # Least noise, as a share of a joint's largest effort; below it, only rounding would be left.
 FINEST = 1e-6
-RUNS = 3  # number of fits, each weighted by the residuals of the one before
+RUNS = 3  # number of fits, each weighted by the residuals of the previous one
 CONFIDENCE = 0.95  # of intervals
 LISTED = 3  # base parameters named in a message
 TINY = 1e-300  # keeps divisors above zero

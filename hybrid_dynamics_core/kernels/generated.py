@@ -220,7 +220,7 @@ class StateBatch:
 
 
 def path(one: Callable[..., int], count: int, *arrays: Any) -> int:
-    """Rows of which each starts from the one before, up to the first one without an answer.
+    """Rows that each start from the previous one, up to the first one without an answer.
 
     Args:
         one: the function of one state.

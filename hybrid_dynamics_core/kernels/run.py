@@ -96,7 +96,7 @@ class Kernel:
 
     @lazy
     def _path(self) -> Callable[..., int]:
-        """Rows of which each starts from the one before, as `fill_path` has it."""
+        """Rows that each start from the previous one, as `fill_path` has it."""
         if self.backend == native.NAME:
             return self._load("path")
         return partial(generated.path, self.one, len(self.layout))
@@ -172,7 +172,7 @@ class Kernel:
                 )
 
     def fill_path(self, arguments: Sequence[Array], outs: Sequence[Array], codes: Codes) -> None:
-        """Fill the outputs of states of which each starts from the one before.
+        """Fill the outputs of states that each start from the previous one.
 
         Args:
             arguments: the first input has rows (N, size), all others are (size,). The last ones

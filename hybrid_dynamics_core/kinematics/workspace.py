@@ -22,7 +22,7 @@ from .sampling import Ranges, halton_samples, sampled_ranges, samples_about
 COUNT: Final = 100_000
 _BATCH: Final = 5_000  # samples closed at once
 # The search for extremes samples around the best samples in rounds. The first neighbourhood is
-# _WIDTH, a share of the ranges. Each next one is _SHRINK times the one before.
+# _WIDTH, a share of the ranges. Each next one is _SHRINK times the previous one.
 _ROUNDS: Final = 26
 _WIDTH: Final = 0.1
 _SHRINK: Final = 0.68

@@ -134,7 +134,7 @@ class Charts:
     def close_path(
         self, close: Close, u: Array, du: Array, near: ClosedState | None
     ) -> ClosedState:
-        """Close along a motion (N, n), each row from the one before.
+        """Close along a motion (N, n), each row from the previous one.
 
         Raises:
             StateError: a row does not close; `index` is that of the first one.

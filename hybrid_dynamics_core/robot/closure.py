@@ -128,7 +128,7 @@ class Closure:
         du: ArrayLike | None = None,
         near: ClosedState | None = None,
     ) -> ClosedState:
-        """Close along a motion: each row is followed from the one before.
+        """Close along a motion: each row is followed from the previous one.
 
         Args:
             u: active coordinates (N, n) along the motion [rad, m].
@@ -168,7 +168,7 @@ class Closure:
             before: all coordinates (n_s,) before the first state [rad, m].
 
         Returns:
-            The same configurations, with each angle within half a turn of the one before.
+            The same configurations, with each angle within half a turn of the previous one.
 
         Raises:
             InputError: the state is of another robot, a shape is wrong, or a value is not finite.

@@ -12,7 +12,7 @@ from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from .events import Watch
 
-HALVINGS = 60  # of an interval until a time is exact to rounding
+HALVINGS = 60  # bisections until a time is exact to rounding
 
 StateAt = Callable[[float], ClosedState]  # the state at a time [s] within a step
 
@@ -69,8 +69,8 @@ class _Search:
                 met.append((after, -index, before))
         if not met:
             return None
-        # Where the loops stop closing all events coincide: then the last one counts, the
-        # singularity.
+        # If the loops stop closing, all events coincide. Then the last one, the singularity, is
+        # returned.
         _, index, before = min(met)
         return -index, before
 

@@ -1,6 +1,6 @@
 """The pipeline for batches of samples, equal to `Pipeline.process` bit by bit.
 
-Rows that depend on the one before, and batches with an error, are processed sample by sample.
+Rows that depend on the previous one, and batches with an error, are processed sample by sample.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ def find_outliers(
 def _windows(count: int) -> Iterator[slice]:
     """Windows over all samples.
 
-    The last window overlaps the one before, so that all are full.
+    The last window overlaps the previous one, so that all are full.
     """
     starts = range(0, max(count - _MIN_SAMPLES, 1), _WINDOW)
     for start in starts[:-1]:

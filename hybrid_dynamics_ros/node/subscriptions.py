@@ -245,7 +245,7 @@ class Stream:
         if self._repeated >= _STUCK:
             stamp = result.stamp_ns * 1e-9
             self._log.warn(
-                "stuck", f"stamps stay at {stamp:.9f} s: no rates and no efforts can be told"
+                "stuck", f"stamps stay at {stamp:.9f} s: rates and efforts cannot be estimated"
             )
         elif result.event not in _UNREMARKABLE:
             self._log.warn(result.event, f"rates are estimated anew: {self._why(result.event)}")

@@ -16,8 +16,8 @@ from ..messages.joint_samples import FloatArray, RejectedError, Rejection, Rejec
 from .trajectory_fit import completed
 
 _UNSOLVED: Final = {IKStatus.LIMIT: RejectionCode.LIMIT, IKStatus.SINGULAR: RejectionCode.SINGULAR}
-# Of the powers 3, 4 and 5 of the time in an interval of length 1: from what is left of position,
-# velocity and acceleration at its end after the powers 0, 1 and 2.
+# Coefficients of the powers 3, 4 and 5 of a quintic on [0, 1]. They multiply position, velocity and
+# acceleration at its end, minus the contributions of the powers 0, 1 and 2.
 _QUINTIC: Final = np.array([[10.0, -4.0, 0.5], [-15.0, 7.0, -1.0], [6.0, -3.0, 0.5]])
 Point = tuple[FloatArray, FloatArray, FloatArray]
 
@@ -82,7 +82,7 @@ class SmoothMotion:
     Attributes:
         names: names of n coordinates.
         time: times of N points (N,) [s].
-        position, velocity, acceleration: at the points (N, n) [rad or m, per s, per s^2].
+        position, velocity, acceleration: values at the points (N, n) [rad or m, per s, per s^2].
     """
 
     names: tuple[str, ...]
@@ -128,7 +128,7 @@ class SmoothMotion:
 
 
 class PathSearch:
-    """Inverse kinematics along poses of the end effector, each solved from the one before.
+    """Inverse kinematics along poses of the end effector, each solved from the previous one.
 
     It works in pieces, and can be pickled between pieces.
     """

@@ -44,9 +44,9 @@ class PayloadBody:
     """A payload in frame axes.
 
     Attributes:
-        mass: [kg].
+        mass: mass [kg].
         com: centre of mass (3,) [m].
-        inertia: about the centre of mass: xx, xy, xz, yy, yz, zz [kg m^2].
+        inertia: inertia about the centre of mass: xx, xy, xz, yy, yz, zz [kg m^2].
     """
 
     mass: float
@@ -114,7 +114,7 @@ class NewPayload:
     body: PayloadBody
 
     def applied(self, conditions: Conditions) -> Conditions:
-        """The conditions with it."""
+        """The conditions after the change."""
         return conditions.with_payload(self.frame, self.body)
 
     @property
@@ -132,7 +132,7 @@ class NewMode:
     mode: ClosedState
 
     def applied(self, conditions: Conditions) -> Conditions:
-        """The conditions with it."""
+        """The conditions after the change."""
         return replace(conditions, mode=self.mode)
 
     @property

@@ -13,7 +13,7 @@ from ...ground.arrays import Array
 from ...mechanism.tree import Tree
 
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
-ROUNDED = 1e-4  # [rad] axes this near to parallel are meant to be; their file has few digits
+ROUNDED = 1e-4  # [rad] deviation of axes that count as parallel, since files have few digits
 
 
 class _JointAxis(NamedTuple):
@@ -40,7 +40,7 @@ def plane_basis(tree: Tree, bodies: Sequence[int], ancestor: int) -> Array:
     Args:
         tree: the spanning tree.
         bodies: bodies of the loop's joints, one chain after the other.
-        ancestor: the body where the chains part, -1 for the base.
+        ancestor: the body where the chains begin, -1 for the base.
 
     Returns:
         (3, 3), rows in the frame of that body: two axes in the plane and its normal, which is the

@@ -18,7 +18,7 @@ from ..xml.writer import numbers_text
 
 INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 _MESHES = (".stl", ".obj")  # suffixes that MuJoCo reads
-_SIZES = {  # by shape: function from sizes of a visual to those of MuJoCo
+_SIZES = {  # by shape: factors from sizes of a visual to those of MuJoCo
     "box": (0.5, 0.5, 0.5),
     "cylinder": (1.0, 0.5),
     "sphere": (1.0,),

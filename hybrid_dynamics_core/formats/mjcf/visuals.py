@@ -13,7 +13,7 @@ from .compiler.model import MjcfModel
 from .poses import pose_entry, pose_of
 
 _LAST_SHOWN = 2  # largest group that is shown
-_SIZES = {  # by shape: function from sizes of MuJoCo to those of a description
+_SIZES = {  # by shape: factors from sizes of MuJoCo to those of a description
     "box": (2.0, 2.0, 2.0),
     "cylinder": (1.0, 2.0),
     "sphere": (1.0,),

@@ -219,7 +219,7 @@ def one_entry(trace: Trace, header: Header) -> str:
 
 
 def path_entry(trace: Trace, header: Header) -> str:
-    """`call(a0, ..., o0, ..., status)` for rows of which each starts from the one before.
+    """`call(a0, ..., o0, ..., status)` for rows that each start from the previous one.
 
     The first input is (N, size), all others are (size,); outputs (N, *shape) and int64 status (N,)
     are filled up to the first row without an answer; the answer is 0.

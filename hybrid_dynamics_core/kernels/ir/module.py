@@ -12,7 +12,7 @@ from .sincos import sincos_functions
 from .states import one_functions, path_function, rows_function, wide_functions
 from .text import declarations
 
-# for one state, for rows side by side, and for rows of which each starts from the one before
+# for one state, for rows side by side, and for rows that each start from the previous one
 Form = Literal["one", "rows", "path"]
 
 

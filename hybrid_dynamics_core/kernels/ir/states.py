@@ -165,7 +165,7 @@ def _row_by_row(f: Function, trace: Trace) -> None:
 
 
 def path_function(trace: Trace) -> str:
-    """`@path(n, a0, ..., o0, ..., status)`: rows of which each starts from the one before.
+    """`@path(n, a0, ..., o0, ..., status)`: rows that each start from the previous one.
 
     The first input has a row for each state. The last inputs, as many as there are outputs, are
     what the row before put out; the arguments are for the first row. It ends at the first row

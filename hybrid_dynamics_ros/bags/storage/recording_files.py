@@ -94,7 +94,7 @@ def missing_parts(files: Sequence[Path]) -> list[str]:
 
 
 def _follow_each_other(numbers: Sequence[int], spans: Sequence[Span | None]) -> bool:
-    """Whether each part begins approximately at the end of the one before."""
+    """Whether each part begins approximately at the end of the previous one."""
     readable = [(number, span) for number, span in zip(numbers, spans, strict=True) if span]
     longest = max((last - first for _, (first, last) in readable), default=0)
     for (number, (_, end)), (later_number, (begin, _)) in pairwise(readable):
