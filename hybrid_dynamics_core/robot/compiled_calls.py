@@ -45,8 +45,8 @@ class RobotKernels:
     and the other vectors of their program, such as gravity=(3,). Loops without a closed form are
     iterated from the reference configuration. What is far from it is followed in small steps, which
     takes longer. Along a motion, give start=robot.kernels.start(): each call starts from the
-    configuration of the previous one, and refuses to jump to another assembly mode. A batch is then a
-    motion too. With guess=(n_s,), a configuration nearby, nothing is compared.
+    configuration of the previous one, and refuses to jump to another mode. A batch is then a motion
+    too. With guess=(n_s,), a configuration nearby, nothing is compared.
     """
 
     def __init__(
