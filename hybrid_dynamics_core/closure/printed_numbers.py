@@ -1,4 +1,4 @@
-"""Loops that are planar up to the printed digits of their file are made exactly planar."""
+"""Correction of loops that are planar up to the printed digits of their file."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _notes_of_turns(
     """Notes on the angle by which each joint was turned."""
     for name, loop in turned.items():
         change = robot.joints[name].rotation - drawn.joints[name].rotation
-        tilt = norm(change) / np.sqrt(2.0)  # of a small turn
+        tilt = norm(change) / np.sqrt(2.0)  # [rad] for small angles
         text = f"turned by {tilt:.2g} rad, into the plane of loop '{loop}'"
         yield from _notes(drawn, f"joints.{name}.origin", text, tilt)
 
@@ -175,7 +175,7 @@ def _with_joints_in_plane(
     """
     loop_of = {name: loop.closure.name for loop in reversed(loops) for name in loop.joints}
     joints = dict(robot.joints)
-    frames = {robot.base: np.eye(3)}  # of the links at zero, in base axes
+    frames = {robot.base: np.eye(3)}  # rotations of the links at zero, in base axes
     tree = build_tree(robot)
     first = next(k for k, one in enumerate(tree.bodies) if one.joint in loop_of and one.is_revolute)
     rotation, _ = tree.zero_pose(first)

@@ -285,7 +285,7 @@ def _partials(block: Block, solution: Operands, moving: Sequence[int]) -> tuple[
     """d phi/dx, and d phi/dp of the moving parameters, at the solution."""
     assert block.body is not None  # noqa: S101  only equations have partials
     size, given = block.size, block.arguments[1]
-    graph = Graph()  # of the equations only: the solution is an input like the parameters
+    graph = Graph()  # graph of the equations only, with the solution as an input
     unknowns = [graph.input(0, k) for k in range(size)]
     parameters = [graph.input(1, k) for k in range(len(given))]
     values = block.body(unknowns, parameters)

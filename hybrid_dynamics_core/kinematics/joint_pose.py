@@ -30,7 +30,7 @@ class FreelyTurning:
         chart: index of its chart among those of the tree.
         slides: its three sliding coordinates; empty for a ball joint.
         turns: its three turning coordinates.
-        ways: (3, 3) axes of the slides in the joint frame, as columns.
+        ways: (3, 3) directions of the slides in the joint frame, as columns.
         mount: (3, 3) axes of the turns in the joint frame, at zero.
         carried: (3, 3) axes of the turns in the child frame, after all turns.
     """
@@ -92,7 +92,7 @@ class FreelyTurning:
 
         Args:
             s: all coordinates (..., n_s) [rad, m].
-            ds: their rates (..., n_s).
+            ds: rates of all coordinates (..., n_s) [rad/s, m/s].
             velocity_map: V (..., k, k) there.
         """
         angles, rates = s[..., self.turns], ds[..., self.turns]

@@ -25,7 +25,7 @@ SINGULAR_MASS = 1e-13
 MASS_SINGULAR = Outcome(OutcomeKind.MASS_SINGULAR).encode()
 # a force below this share of the robot's scale of force is rounding
 NO_FORCE = 1e-9
-# a coordinate below this share of a motion, in scales of inertia, takes no part in it
+# least share of a coordinate in a motion, in scales of inertia; below it is rounding
 NO_PART = 1e-6
 TINY = 1e-300  # a robot without any force or inertia has no scale
 
@@ -42,10 +42,10 @@ def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
 
 
 def is_regrouped(model: Model) -> bool:
-    """Whether forward dynamics takes regrouped parameters.
+    """Whether forward dynamics uses regrouped parameters.
 
-    Of an idle coordinate that moves no mass, sums of moved numbers would leave rounding in place of
-    a zero.
+    With regrouped parameters, the inertia of an idle coordinate that moves no mass would be a
+    rounding error in place of zero.
     """
     return not model.idle
 
@@ -96,8 +96,8 @@ class InertiaScales:
 
     Attributes:
         mass: mass of all moving links [kg].
-        along_s: of all coordinates (n_s,) [kg m^2, kg].
-        active: of the active ones (n,), with the passive joints that they move.
+        along_s: scales of all coordinates (n_s,) [kg m^2, kg].
+        active: scales of the active coordinates (n,), with the passive joints that they move.
     """
 
     def __init__(self, model: Model, motion: ClosedMotion) -> None:

@@ -206,7 +206,7 @@ def _require_meaning(path: Path, unused: Sequence[str], robot: Robot) -> None:
     if unknown:
         allowed = [f"JOINT{suffixes[0]}" for suffixes in _SUFFIXES.values()]
         raise BagError(
-            f"{path}: column {', '.join(unknown)} is not known; of an active joint there may be"
+            f"{path}: column {', '.join(unknown)} is not known; expected for an active joint"
             f" {', '.join(allowed)}"
         )
 

@@ -19,13 +19,16 @@ from ..geometry import IDENTITY, rotation_with_z_axis
 from ..model import MultiDofJoint
 from ..values import ValueReader
 
-FLOATING = "floating_base"  # name of the joint under a floating base
-WORLD = "world"  # name of the link under it
+FLOATING = "floating_base"  # name of the joint of a floating base
+WORLD = "world"  # name of the link that carries it
 
 _SPECIAL_KEYS = ("axis2", "pitch", "each")
 # effects that act along the components of the angular velocity
 _OF_ANGULAR_VELOCITY = ("friction", "drive")
-_OF_ALL = (*_OF_ANGULAR_VELOCITY, "spring")  # of a ball or free joint, alike in all directions
+_OF_ALL = (
+    *_OF_ANGULAR_VELOCITY,
+    "spring",
+)  # effects of a ball or free joint, equal in all directions
 _LIMITS = ("limits", "effort_limit", "velocity_limit", "power_limit")
 _ALONG = (*_OF_ANGULAR_VELOCITY, "spring", *_LIMITS)
 

@@ -17,8 +17,8 @@ from ...scene.visuals.surfaces import outline
 _FLOOR = "#f7f8fa"
 _SHADE = "#e2e7ec"
 _BODIES = ("plate", "bar", "rod", "barrel", "base")
-_TILES = 6.0  # number along the longer side of the mechanism
-_ROOM = 0.3  # least margin beside the mechanism, in tiles
+_TILES = 6.0  # number of tiles along the longer side of the mechanism
+_ROOM = 0.3  # least margin around the mechanism, in tiles
 _AXES = 4.6  # length of the base axes, in radii of a joint
 
 
