@@ -22,11 +22,11 @@ def measure(
     together: Together,
     reference: Configuration,
 ) -> None:
-    """Give each loop its length; loops that are solved together have one.
+    """Give each loop its length; loops that are solved together have one, the mean of theirs.
 
-    It is the largest fixed distance of their joints and pins. Where they have none, it is the first
-    of these that there is: the largest of all loops, the longest stroke within limits of their
-    slides, their largest extent at the reference, 1 m.
+    It is the largest fixed distance of joints and pins of the loop. Where none of them has one, it
+    is the first of these that there is: the largest between joints and pins of all loops, the
+    longest stroke within limits of their slides, their largest extent at the reference, 1 m.
 
     Args:
         tree: the spanning tree.
@@ -38,11 +38,14 @@ def measure(
     distances = FixedDistances(tree, robot)
     measurable = [loop for loop in loops if loop.has_length]
     groups = _joined(measurable, together)
-    fixed = [distances.largest({loop.name for loop in group}) for group in groups]
-    least = NO_LENGTH * max(fixed, default=0.0)
-    for group, distance in zip(groups, fixed, strict=True):
-        length = distance
-        if distance <= least:
+    fixed = {loop.name: distances.largest([loop.name]) for loop in measurable}
+    least = NO_LENGTH * max(fixed.values(), default=0.0)
+    for group in groups:
+        names = {loop.name for loop in group}
+        lengths = [fixed[name] for name in names if fixed[name] > least]
+        if lengths:
+            length = math.fsum(lengths) / len(lengths)
+        else:
             length = _common_length(tree, distances, measurable, reference)
         for loop in group:
             loop.length = length
