@@ -133,7 +133,7 @@ class _Builder:
         if name in self.document.rounded_links:
             slack = _ROUNDED_SLACK
         if cannot_move:
-            slack = np.inf  # and needs no inertia
+            slack = np.inf  # its inertia does not matter
         inertia = read_inertia(entry, mass, slack)
         com = entry.vector("com")
         if cannot_move:

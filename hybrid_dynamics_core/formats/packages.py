@@ -18,7 +18,7 @@ _MODEL_SCHEME = "model://"
 _MODEL_FILES = ("model.config", "model.sdf")  # one of them makes a folder a model of SDFormat
 _MODEL_FOLDERS = ("GZ_SIM_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH")
 _MANIFEST = "package.xml"
-_LARGEST_MANIFEST = 100_000  # [bytes] read
+_LARGEST_MANIFEST = 100_000  # [bytes] largest part that is read
 _MAX_BESIDE = 2_000  # largest number of sibling folders that are searched
 _TITLE = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 _VALID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
@@ -42,7 +42,7 @@ class Packages:
         self.package = self._enclosing_package()
         inside = {self.folder, self.package, file.resolve().parent, *self.search_path}
         self._roots = {folder.resolve() for folder in inside}
-        self._installed: set[Path] = set()  # with targets of symlink installs
+        self._installed: set[Path] = set()  # folders with symlinks to their files
 
     def find(self, name: str) -> Path:
         """The folder of a package.

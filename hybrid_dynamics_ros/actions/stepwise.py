@@ -10,7 +10,7 @@ from ..services.trajectory_steps import TrajectoryStep
 
 
 class Run(Protocol):
-    """Has a call answered by a worker process."""
+    """Function that submits a call to a worker process."""
 
     def __call__(
         self,
@@ -25,13 +25,13 @@ class Run(Protocol):
         Args:
             service: the service.
             request: its request.
-            give: called with the response, in some thread.
-            is_begun: whether it continues a job; such calls are never refused for a full queue.
+            give: receives the response, in any thread.
+            is_begun: whether the call continues a job, which is never refused for a full queue.
         """
 
 
 class Stepwise:
-    """One running conversion."""
+    """One running conversion, piece by piece."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class Stepwise:
         """Store the arguments; `start` begins the conversion.
 
         Args:
-            run: has a call answered.
+            run: function that submits a call to a worker process.
             is_wanted: whether to continue; called after every piece.
             on_step: called with every piece except the last.
             on_end: called with the last piece, or with None if it was cancelled.

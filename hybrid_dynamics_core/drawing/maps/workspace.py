@@ -43,7 +43,7 @@ _WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] largest width, by the number 
 _FLAT: Final = 1e-9  # [m] extent normal to the plane that is rounding
 _THIN: Final = 1e-6  # ratio of width to length below which a region is a line
 _LEAST: Final = 6.4  # [in] least width of the figure
-_LETTERS: Final = 108  # per line of the subtitle
+_LETTERS: Final = 108  # characters per line of the subtitle
 # [in] heights: below the axes, above them, of the colour bar, of the title, of a further line
 _BELOW, _ABOVE, _BAR, _HEAD, _LINE = 0.5, 0.3, 0.72, 0.56, 0.15
 
@@ -72,7 +72,7 @@ def workspace_figure(
 
     Args:
         robot: robot of the workspace.
-        workspace: to be shown.
+        workspace: the workspace to show.
         colour: quantity shown by colours.
         title: title of the figure; None: the robot's name.
 

@@ -15,11 +15,11 @@ Why this one
     1.54 sigma sqrt(omega^5 dt).
 
 How it runs: covariances depend on stamps alone, so all joints share them. They are those of
-positions with unit noise in units of 1/omega, and settle within some 1/omega. A sample stands for
-the interval before it: the bandwidth does not depend on the sample rate. The covariance is kept as
-U D U^T, U with a unit diagonal (Bierman, *Factorization Methods for Discrete Sequential
-Estimation*, 1977, ch. V and VI): nothing is lost to rounding where the first samples determine
-little.
+positions with unit noise in units of 1/omega, and settle within some 1/omega. A sample is weighted
+by the interval before it, so the bandwidth does not depend on the sample rate. The covariance is
+kept as U D U^T, where U has a unit diagonal (Bierman, *Factorization Methods for Discrete
+Sequential Estimation*, 1977, ch. V and VI), which avoids loss of precision if the first samples
+determine little.
 """
 
 from __future__ import annotations
@@ -60,11 +60,12 @@ Rows = list[list[Scalar]]
 
 @dataclass(frozen=True)
 class KalmanSteps:
-    """The formulas. Constants are omega [1/s] and the velocity noise for unit position noise.
+    """The formulas of the filter.
 
-    The latter is a variance in natural units. The memory has the covariance (D, then U by rows),
-    and last the least variance of accelerations so far over the steady one. After one sample D is
-    zero for measured values: their noise follows from the interval to the second sample.
+    Constants are omega [1/s], and the velocity noise for unit position noise. The latter is a
+    variance in natural units. The memory has the covariance (D, then U by rows), and last the least
+    variance of accelerations so far over the steady one. After one sample D is zero for measured
+    values: their noise follows from the interval to the second sample.
 
     Attributes:
         channels: 1 for positions, 2 for positions and velocities.
@@ -210,7 +211,7 @@ def _scaled(gains: Sequence[Scalar], omega: Scalar, order: int) -> list[Scalar]:
 
     Args:
         gains: gains of a derivative in natural units.
-        omega: [1/s].
+        omega: rate of the filter [1/s].
         order: order of the derivative.
     """
     scaled = []
@@ -266,7 +267,7 @@ class KalmanFilter(RateFilter):
 
     @property
     def steps(self) -> tuple[Steps, ...]:
-        """Formulas for positions, and for positions with velocities. Samples may differ in this."""
+        """Formulas for positions, and for positions with velocities; samples may alternate."""
         return KalmanSteps(1), KalmanSteps(2)
 
     @property
