@@ -176,9 +176,9 @@ class Kernel:
 
         Args:
             arguments: the first input has rows (N, size), all others are (size,). The last ones
-                are for the first row: each later row takes what the row before put out.
+                are for the first row: later rows get them from the outputs of the previous row.
             outs: (N, *shape) each, filled up to the first row without an answer.
-            codes: status (N,), filled as far.
+            codes: status (N,), filled up to the same row.
 
         Raises:
             ValueError: the shapes are not those of the program.

@@ -11,7 +11,7 @@ import viser
 from ..ground.arrays import Array
 from .camera import Camera
 
-# Share of the distance: a camera this near to where it was put was not moved by a user.
+# Largest shift of a camera not moved by a user, as a share of its distance.
 NEAR: Final = 1e-3
 UNDER_WAY: Final = 8  # earlier positions that a browser may still report after a new one was set
 
