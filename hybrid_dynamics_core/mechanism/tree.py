@@ -25,19 +25,18 @@ class Body:
         joint: name of the joint.
         coordinate: index of the joint in s.
         type: 'revolute' or 'prismatic'.
-        parent: index of the body before it, -1 for the base.
+        parent: index of its parent body, -1 for the base.
         rotation: rotation of the body's frame in the parent's, at zero.
         translation: translation of the body's frame in the parent's, at zero [m].
         axis: unit axis of the joint, in the body's frame.
-        mass: [kg].
-        first_moment: m c [kg m], about the link origin, in link axes.
-        inertia: [kg m^2], about the link origin, in link axes.
+        mass: mass [kg].
+        first_moment: first moment m c [kg m] about the link origin, in link axes.
+        inertia: inertia [kg m^2] about the link origin, in link axes.
         limits: lower and upper limit of the joint [rad or m].
-        chart: index in the tree's charts of the one that its zero orientation depends on, else
-            None.
+        chart: index in the tree's charts, if its orientation at zero depends on one.
         compensated_mass: mass with compensated weight [kg].
         compensated_moment: first moment of that mass [kg m], as `first_moment`.
-        second_moments: as `about_origin`, where they are not those of `inertia` to the last bit.
+        second_moments: exact values for `about_origin`; if None, it is computed from `inertia`.
     """
 
     name: str
@@ -116,7 +115,7 @@ class Tree:
         return coordinate_unit(types[coordinate])
 
     def value_text(self, coordinate: int, value: Scalar, digits: int) -> str:
-        """Name, value and unit of a coordinate, for people."""
+        """Name, value and unit of a coordinate as text."""
         return f"{self.coordinates[coordinate]} = {float(value):.{digits}g} {self.unit(coordinate)}"
 
     def path(self, body: int) -> list[int]:
@@ -128,10 +127,10 @@ class Tree:
         return chain[::-1]
 
     def branches(self, a: int, b: int) -> tuple[list[int], list[int], int]:
-        """Where the paths to two bodies part.
+        """The branches of the paths to two bodies, after their last common body.
 
         Returns:
-            The bodies of each path beyond the last common one, and that body (-1 for the base).
+            The bodies of both branches, and the last common body (-1 for the base).
         """
         path_a = self.path(a)
         path_b = self.path(b)

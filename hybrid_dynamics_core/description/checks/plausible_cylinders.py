@@ -15,7 +15,7 @@ _WIDE_BORE = 0.5  # [m] a smaller bore may exceed the reach of a small robot
 _LEAST_SUPPLY = 1e4  # [Pa]
 _MOST_SUPPLY = 1e9  # [Pa] strength of steel
 _LONG_STROKE = 40.0  # [m]
-_STROKE_RATIO = 20.0  # of a stroke to the reach
+_STROKE_RATIO = 20.0  # largest ratio of a stroke to the reach
 
 
 def warn_of_cylinders(document: Document, robot: RobotDescription, reach: float) -> None:

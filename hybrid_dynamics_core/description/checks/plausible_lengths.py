@@ -15,7 +15,7 @@ from .plausible_cylinders import warn_of_cylinders
 _LONGEST_REACH = 250.0  # [m]
 # A stroke above this length, and above this ratio to the reach, is likely in millimetres.
 _LONG_STROKE = 40.0  # [m]
-_STROKE_RATIO = 20.0  # of a stroke to the reach
+_STROKE_RATIO = 20.0  # largest ratio of a stroke to the reach
 _GYRATION_RATIO = 4.0  # of a radius of gyration to the reach: no mass is so far away
 
 _Length = tuple[float, KeyPath]  # a length [m], and where it is written

@@ -16,7 +16,7 @@ class Body:
 
     Attributes:
         com, inertia: centre of mass, and the tensor about it in the axes of the body.
-        written: mass and principal moments of an <inertial> that is used; else empty.
+        written: mass and principal moments of an <inertial> that is used; otherwise empty.
         joints: numbers of its joints, in their order.
     """
 
@@ -67,9 +67,9 @@ class Geom:
 
     Attributes:
         kind: box, cylinder, sphere, capsule, ellipsoid or mesh; empty for others.
-        mesh: its file, scale, refpos and refquat.
-        size: as MuJoCo has it: half lengths.
-        colour: nothing where nobody gives any.
+        mesh: file, scale, refpos and refquat of its mesh.
+        size: half lengths [m], as in MuJoCo.
+        colour: red, green, blue and opacity; empty if not given.
         touches: whether it has contacts.
     """
 
@@ -110,15 +110,15 @@ class Equality:
     data: list[float]
 
 
-WRAP_JOINT, WRAP_PULLEY, WRAP_SITE = 1, 2, 3  # of MuJoCo; others are shapes
+WRAP_JOINT, WRAP_PULLEY, WRAP_SITE = 1, 2, 3  # codes of MuJoCo; others are shapes
 
 
 @dataclass(frozen=True)
 class Tendon:
-    """A tendon.
+    """A tendon of the model.
 
     Attributes:
-        wraps: (kind, number, coefficient or divisor) of all that its length depends on.
+        wraps: (kind, number, coefficient or divisor) of joints, pulleys, sites and shapes.
         length: length in the drawn configuration.
         rest: smallest and largest length at which its spring is slack.
         forces: its stiffness, damping, friction and armature, by attribute name.
@@ -139,11 +139,11 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator.
+    """An actuator of the model.
 
     Attributes:
         gain: force over control if the control is a force; otherwise 0.
-        control_range, force_range: lower and upper end, or empty.
+        control_range, force_range: lower and upper limit, or empty.
     """
 
     name: str
