@@ -1,8 +1,8 @@
 """The loads on the tree besides its actuators, as inputs of programs.
 
-A pattern fixes which loads there are. Their values are inputs, which may change from call to call.
-Payloads and counterweights add to the inertia of a link. Wrenches act on links. Friction, rotors
-behind gears and springs act along the joints.
+A pattern determines the kinds of loads. Their values are inputs, which may change from call to
+call. Payloads and counterweights add to the inertia of a link. Wrenches act on links. Friction,
+rotors behind gears and springs act along the joints.
 """
 
 from __future__ import annotations
@@ -101,9 +101,9 @@ class LoadedTree:
 
     Attributes:
         pattern: pattern of the loads.
-        values: their values.
+        values: values of the loads.
         configuration: all coordinates.
-        tree: the tree, payloads added to its links.
+        tree: the tree, with payloads added to its links.
         applied: wrenches that act on bodies, by body.
     """
 
@@ -137,7 +137,7 @@ class LoadedTree:
         """Forces along s, plus those that accelerate the rotors.
 
         Args:
-            forces: along s (n_s,).
+            forces: forces along s (n_s,).
             dds: s''.
             ds: s', for the bilinear term of ball and free joints.
             other: the second rates in that term: s' again, or those of a matrix column.
@@ -219,7 +219,7 @@ class LoadedTree:
         return self.values.armature[k] * acceleration
 
     def _spring_forces(self) -> list[Scalar]:
-        """What the springs take along s."""
+        """Forces along s of the springs."""
         if not self.pattern.springs:
             return [0.0] * len(self.tree.tree.coordinates)
         values = self.values

@@ -1,13 +1,13 @@
-"""Inertial parameters moved between links, without a change of the forces along active joints.
+"""Regrouping of inertial parameters between links, which preserves the efforts of active joints.
 
-A mass on the axis of a joint belongs to either of its links. So do its first and second moment
-along the axis: three numbers that may move. What a slide carries has the orientation of its guide:
-all six second moments may move. A loop's pin is a joint too, and links that stay parallel pass
-their second moments on. What is moved to the base is gone.
+A mass on the axis of a revolute joint may be assigned to either of its links. So may its first and
+second moment along the axis: three numbers. Both links of a slide have the same orientation, so all
+six second moments may move. The same holds for pins of loops, and for links that stay parallel.
+Parameters moved to the base have no effect.
 
-The numbers that remain are as few as the mechanism allows, and most of them are zero: kernels then
-multiply by less. They are no properties of bodies (a mass may be zero or negative). Energy,
-reactions and the regressor take the described ones.
+The number of nonzero parameters becomes minimal, so kernels need fewer operations. The new
+parameters are not those of bodies: a mass may be zero or negative. Energy, reactions and the
+regressor use the described ones.
 
 Mass m, first moment h and second moments E = integral of p p^T about the link origin are linear in
 the mass distribution. They go to another frame x -> R x + t as
@@ -41,10 +41,10 @@ SIZE = 10
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 # a smaller pivot, as a share of the largest entry, would make large numbers that cancel
 WELL = 0.1
-DUST = 1e-15  # share of the largest parameter that is rounding
-DEPENDENT = 1e-9  # a move that others make up leaves no more than rounding
-PARALLEL = 1e-12  # difference of angular velocities, per rad/s, that is rounding
-MOVE = 0.1  # [rad or m] away from the reference, where links may be parallel by chance
+DUST = 1e-15  # rounding error, as a share of the largest parameter
+DEPENDENT = 1e-9  # rounding error of a move that depends on others
+PARALLEL = 1e-12  # rounding error of angular velocities, per rad/s
+MOVE = 0.1  # [rad or m] step from the reference, where links may be parallel by coincidence
 
 # rotation and translation to the frame of another link
 Pose = tuple[Array, Array]
@@ -67,7 +67,7 @@ def regrouped(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> Tre
 
 
 class _Moves:
-    """What may move between links: rows of changes of all parameters (., 10 * bodies)."""
+    """Allowed moves between links: rows (., 10 * bodies) of changes of all parameters."""
 
     def __init__(self, tree: Tree, plan: ClosurePlan) -> None:
         self._tree = tree
@@ -77,7 +77,7 @@ class _Moves:
         self._rows: list[Array] = []
 
     def all(self, closures: Sequence[Closure]) -> Array:
-        """Moves through joints, pins, and between parallel links."""
+        """All moves through joints, pins, and between parallel links."""
         for k, body in enumerate(self._tree.bodies):
             self._through_joint(k, body)
         for closure in closures:
@@ -117,7 +117,7 @@ class _Moves:
         return normal
 
     def _parallel(self) -> Iterator[tuple[int, int]]:
-        """Pairs of links, the base too, that turn alike in every motion."""
+        """Pairs of links, including the base, with equal angular velocities in every motion."""
         turning = self._angular_velocities()
         groups: list[int] = []
         for k, velocity in enumerate(turning):
@@ -151,7 +151,7 @@ class _Moves:
         return np.array([np.hstack(parts) for parts in turning])
 
     def _between(self, a: int, b: int) -> Pose:
-        """From the frame of link a to that of link b, at the reference."""
+        """The transform from the frame of link a to that of link b, at the reference."""
         rotation_a, origin_a = self._pose(a)
         rotation_b, origin_b = self._pose(b)
         return rotation_b.T @ rotation_a, rotation_b.T @ (origin_a - origin_b)
@@ -162,7 +162,7 @@ class _Moves:
         return self._poses[body]
 
     def _add(self, a: int, b: int, pose: Pose, distributions: Sequence[Array]) -> None:
-        """Distributions on link a may as well be on link b."""
+        """Add the moves of distributions from link a to link b."""
         for distribution in distributions:
             row = np.zeros((len(self._tree.bodies), SIZE))
             if a != BASE:
@@ -195,7 +195,7 @@ def _with_most_zeros(values: Array, moves: Array) -> Array:
 
 
 def _without_dust(values: Array, described: Array) -> Array:
-    """The values, with zeros for the rounding that is left of numbers that cancel."""
+    """The values, with rounding errors of cancelled numbers set to zero."""
     dust = DUST * np.abs(described).max(initial=0.0)
     return np.where(np.abs(values) < dust, 0.0, values)
 
@@ -209,7 +209,7 @@ def _order(size: int) -> list[int]:
 
 
 def _scales(tree: Tree) -> Array:
-    """What makes the parameters masses: powers of the size of the robot."""
+    """Scales that convert the parameters to masses: powers of the size of the robot."""
     length = 1.0
     lengths = [float(np.linalg.norm(body.translation)) for body in tree.bodies if body.parent >= 0]
     if any(lengths):
@@ -261,12 +261,12 @@ def _transferred(distribution: Array, pose: Pose) -> Array:
 
 
 def _point(place: Array) -> Array:
-    """A unit mass at a place."""
+    """The distribution of a unit mass at a point."""
     return _packed(1.0, place, np.outer(place, place))
 
 
 def _line(place: Array, axis: Array) -> list[Array]:
-    """A unit mass at a place, a unit first moment and a unit second moment along an axis."""
+    """Distributions of a unit mass at a point, and of unit moments along an axis."""
     mixed = np.outer(place, axis)
     return [
         _point(place),
@@ -276,7 +276,7 @@ def _line(place: Array, axis: Array) -> list[Array]:
 
 
 def _second_moments() -> list[Array]:
-    """The six unit second moments."""
+    """The distributions of the six unit second moments."""
     return list(np.eye(SIZE)[4:])
 
 
