@@ -5,22 +5,19 @@ from __future__ import annotations
 import ctypes
 import re
 import shutil
-import tempfile
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import InputError, load, shipped_robots
 from hybrid_dynamics_core.export import to_c
 from hybrid_dynamics_core.formats.c.names import comment, identifier, identifiers, literal
-from tests.generated.case import Case
-from tests.generated.robots import robots
 from tests.sampling import examples, swept
 
 from .c_builds import WARNINGS, Built, build, needs_compiler, results, run, states
@@ -57,17 +54,6 @@ def test_numbers_are_those_of_the_library(built, name: str) -> None:
 
 
 @needs_compiler
-@pytest.mark.sweep(sample="test_numbers_are_those_of_the_library")
-@settings(max_examples=5, derandomize=True, deadline=None)
-@given(robots())
-def test_random_robots_check_themselves(case: Case) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        here = build(case.robot, Path(folder))
-        said = run(here.folder, "./test_vectors")
-    assert len(re.findall(r"(\d+) of \1 as the library", said)) == 6
-
-
-@needs_compiler
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_build_checks_itself(built, name: str) -> None:
     said = run(built(name).folder, "./test_vectors")
@@ -94,7 +80,7 @@ def test_it_is_cpp_too(built, name: str) -> None:
 
 @needs_compiler
 @pytest.mark.sweep(sample="test_a_build_checks_itself")
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", ["ankle", "forging_chu2020", "staicu2015"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_sanitizers_find_nothing(built, name: str, compiler: str) -> None:
     if shutil.which(compiler) is None:

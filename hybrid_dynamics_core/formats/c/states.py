@@ -14,10 +14,10 @@ from ...programs import OutcomeKind
 from ...robot.robot import Robot
 from .calls import GUESS, Call
 
-REACH = 0.25  # [rad or m] about the reference, where a coordinate has no limits
+REACH = 0.1  # [rad or m] about the reference; it is halved where states do not close
 REGULAR = 0.02  # least distance to a singularity
 STEP = 1e-3  # [rad or m] longest move from the guess
-ATTEMPTS = 60  # for each state
+ATTEMPTS = 4  # for each state: to find that one does not close may take seconds
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def random_states(
         u = lower + rng.uniform(0.05, 0.95, n) * (upper - lower)
         near = robot.close(u, check=False)
         if near.status or not near.singularity > REGULAR:
-            reach *= 0.9
+            reach *= 0.5
             continue
         du = rng.uniform(-1.0, 1.0, n)
         try:
