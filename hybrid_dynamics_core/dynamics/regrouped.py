@@ -58,6 +58,8 @@ def regrouped(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> Tre
         plan: closure plan.
         closures: closures of the description.
     """
+    if not tree.bodies:
+        return tree
     moves = _Moves(tree, plan).all(closures)
     values = np.concatenate([_distribution(body) for body in tree.bodies])
     scale = _scales(tree)

@@ -296,7 +296,7 @@ class Robot:
 
     @property
     def loads(self) -> Loads:
-        """Loads of the description: all forces besides the actuators.
+        """What acts besides the actuators, as the description says.
 
         They are gravity, payloads, friction, rotors and springs.
         """

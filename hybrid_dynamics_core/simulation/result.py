@@ -82,7 +82,7 @@ class Simulation:
 
     @property
     def energy_error(self) -> Array:
-        """(N,) change of energy minus work since the start [J]: the integrator's error."""
+        """Change of energy minus work since the start (N,) [J], which is the integrator's error."""
         total = self.energy.total
         return np.asarray(total - total[0] - self.work)
 

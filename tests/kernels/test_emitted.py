@@ -252,7 +252,7 @@ def test_a_chain_of_any_length_is_compiled(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_processor_with_short_vectors_gives_the_same(
     monkeypatch: pytest.MonkeyPatch, width: int
 ) -> None:
-    monkeypatch.setattr(native.llvm, "width", lambda: width)
+    monkeypatch.setattr(native.llvm, "vector_width", lambda: width)
     monkeypatch.setattr(Kernel, "_identity", None)
 
     def two(x: Any, y: Any) -> Results:

@@ -267,7 +267,7 @@ def test_all_that_decides_object_code_is_in_its_key(monkeypatch: pytest.MonkeyPa
         (native, "compiler_digest", lambda: "another way to compile"),
         (llvm, "processor", lambda: ("another processor", "")),
         (llvm, "versions", lambda: ("0.45", "21.0.0")),
-        (llvm, "width", lambda: 2),
+        (llvm, "vector_width", lambda: 2),
     ):
         with monkeypatch.context() as patch:
             patch.setattr(owner, name, value)

@@ -32,7 +32,7 @@ STOPPED = (
 
 def test_the_page_tells_how_long_a_loop_may_stand_still():
     page = (ROOT / "docs" / "node_reference.md").read_text(encoding="utf-8")
-    assert f"stood still for {LIMIT:g} s ({PATIENCE:g} s while it configures)" in page
+    assert f"blocked for {LIMIT:g} s ({PATIENCE:g} s while it configures)" in page
 
 
 @pytest.fixture
