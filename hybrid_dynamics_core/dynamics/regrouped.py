@@ -25,15 +25,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..closure.closed_motion import ClosedMotion
+from ..closure.constraints.angle_sum import AngleSum
+from ..closure.constraints.joint_coupling import JointCoupling
 from ..closure.constraints.plane import plane_basis
-from ..closure.numeric_closure import fixed_perturbation
 from ..closure.plan import ClosurePlan
 from ..description.model import Closure
 from ..ground.arrays import Array
 from ..mechanism.joint_transform import joint_transforms, poses_in_base
 from ..mechanism.tree import Body, Tree, floats, rows
-from .spanning import TreeDynamics
 
 BASE = -1
 # entries of a distribution: m, hx, hy, hz, Exx, Exy, Exz, Eyy, Eyz, Ezz
@@ -43,8 +42,7 @@ _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 WELL = 0.1
 DUST = 1e-15  # rounding error, as a share of the largest parameter
 DEPENDENT = 1e-9  # rounding error of a move that depends on others
-PARALLEL = 1e-12  # rounding error of angular velocities, per rad/s
-MOVE = 0.1  # [rad or m] step from the reference, where links may be parallel by coincidence
+PARALLEL = 1e-12  # rounding error of cosines between axes, and of coefficients
 
 # rotation and translation to the frame of another link
 Pose = tuple[Array, Array]
@@ -119,38 +117,63 @@ class _Moves:
         return normal
 
     def _parallel(self) -> Iterator[tuple[int, int]]:
-        """Pairs of links, including the base, with equal angular velocities in every motion."""
-        turning = self._angular_velocities()
-        groups: list[int] = []
-        for k, velocity in enumerate(turning):
+        """Pairs of links, including the base, with equal orientation in every assembly mode.
+
+        The joints between them have parallel axes, and linear equations fix the sum of their
+        angles. Equal bars alone make links parallel on one mode only.
+        """
+        constant_rows = self._constant_rows()
+        groups: list[int] = [BASE]
+        for body in range(len(self._tree.bodies)):
             for leader in groups:
-                if np.abs(velocity - turning[leader]).max() < PARALLEL:
-                    yield k - 1, leader - 1
+                if self._is_parallel(body, leader, constant_rows):
+                    yield body, leader
                     break
             else:
-                groups.append(k)
+                groups.append(body)
 
-    def _angular_velocities(self) -> Array:
-        """Angular velocities (1 + bodies, 3, .) per unit of the given rates, at two places.
+    def _constant_rows(self) -> Array:
+        """Linear equations of the loops (k, n_s)."""
+        size = len(self._tree.coordinates)
+        equations: list[Array] = []
+        for loop in self._plan.loops:
+            if isinstance(loop, AngleSum):
+                coefficients = dict(loop.turns)
+            elif isinstance(loop, JointCoupling):
+                coefficients = loop.coefficients
+            else:
+                continue
+            row = np.zeros(size)
+            row[list(coefficients)] = list(coefficients.values())
+            equations.append(row)
+        return np.array(equations).reshape(-1, size)
 
-        The base comes first.
+    def _is_parallel(self, a: int, b: int, constant_rows: Array) -> bool:
+        angle = self._angle_between(a, b)
+        if angle is None:
+            return False
+        if not angle.any():
+            return True
+        solution, *_ = np.linalg.lstsq(constant_rows.T, angle, rcond=None)
+        return bool(np.abs(constant_rows.T @ solution - angle).max() < PARALLEL)
+
+    def _angle_between(self, a: int, b: int) -> Array | None:
+        """The angle by which link a is turned from link b, as coefficients of s (n_s,).
+
+        None if the axes of the joints between them are not parallel.
         """
-        tree, plan = self._tree, self._plan
-        reference = np.array(plan.reference.q, dtype=float)
-        given = list(plan.given)
-        turning: list[list[Array]] = [[] for _ in range(1 + len(tree.bodies))]
-        for size in (0.0, MOVE):
-            u = reference[given] + size * fixed_perturbation(len(given))
-            motion = ClosedMotion(tree, plan, u.tolist(), plan.signs, reference.tolist())
-            velocity_map = np.array(motion.velocity_map(), dtype=float)
-            chain = TreeDynamics(tree, motion.configuration)
-            turning[0].append(np.zeros((3, len(given))))
-            for k in range(len(tree.bodies)):
-                velocity = np.zeros((3, len(given)))
-                for coordinate, (_, angular) in chain.jacobian(k, (0.0, 0.0, 0.0)).items():
-                    velocity += np.outer(angular, velocity_map[coordinate])
-                turning[1 + k].append(velocity)
-        return np.array([np.hstack(parts) for parts in turning])
+        path_a, path_b, ancestor = self._tree.branches(a, b)
+        angle = np.zeros(len(self._tree.coordinates))
+        axes: list[Array] = []
+        for sign, path in ((1.0, path_a), (-1.0, path_b)):
+            for body in (self._tree.bodies[k] for k in path if self._tree.bodies[k].is_revolute):
+                rotation, _ = self._tree.zero_pose(self._tree.body_index(body.name), ancestor)
+                axes.append(rotation @ np.array(body.axis))
+                along = float(axes[0] @ axes[-1])
+                if body.chart is not None or abs(abs(along) - 1.0) > PARALLEL:
+                    return None
+                angle[body.coordinate] += sign * np.sign(along)
+        return angle
 
     def _between(self, a: int, b: int) -> Pose:
         """The transform from the frame of link a to that of link b, at the reference."""

@@ -14,6 +14,7 @@ from hypothesis import given
 from hybrid_dynamics_core import ClosedState, Robot
 from hybrid_dynamics_core.dynamics.load_pattern import LoadPattern
 from hybrid_dynamics_core.dynamics.loads import Loads
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kernels.run import Kernel
 from hybrid_dynamics_core.kernels.trace import Results
 from hybrid_dynamics_core.programs import inverse_dynamics
@@ -69,6 +70,48 @@ def test_shipped_robots_and_mechanisms(name: str) -> None:
     machine = robot(name)
     for loads in (machine.loads, heavy_loads(machine)):
         require_equal(machine, random_states(name, 3), loads)
+
+
+EQUAL_BARS = """\
+format: 1
+name: equal_bars
+base: base
+links:
+  base: {}
+  crank: {mass: 2, com: [0.1, 0.02, 0], inertia: {xx: 0.01, yy: 0.02, zz: 0.03}}
+  coupler: {mass: 3, com: [0.2, -0.05, 0], inertia: {xx: 0.02, yy: 0.05, zz: 0.06}}
+  rocker: {mass: 1, com: [0.15, 0.01, 0], inertia: {xx: 0.01, yy: 0.01, zz: 0.02}}
+joints:
+  a: {type: revolute, parent: base, child: crank, axis: z}
+  b: {type: revolute, parent: crank, child: coupler, origin: {xyz: [0.3, 0, 0]}, axis: z}
+  c: {type: revolute, parent: base, child: rocker, origin: {xyz: [0.5, 0, 0]}, axis: z}
+closures:
+  pin: {kind: planar, between: {coupler: [0.5, 0, 0], rocker: [0.3, 0, 0]}}
+active: [a]
+end_effector: {link: coupler}
+reference: {a: 1.0, b: -1.0, c: 1.0}
+"""
+
+
+def test_bars_that_are_parallel_on_one_mode_only() -> None:
+    """A parallelogram of equal bars, and the same bars crossed."""
+    machine = Robot(parse_description(EQUAL_BARS, "equal_bars.yaml"))
+    modes = machine.assembly_modes([0.8])
+    assert len(modes) == 2
+    require_equal(
+        machine, [machine.close([0.7], [2.0], near=m.state) for m in modes], machine.loads
+    )
+
+
+@pytest.mark.parametrize("name", swept(ROBOTS))
+def test_every_assembly_mode(name: str) -> None:
+    """Links that are parallel on one mode need not be so on another one."""
+    machine = robot(name)
+    states = []
+    for mode in machine.assembly_modes(machine.reference):
+        state = machine.close(machine.reference, random_vector(machine, 9), near=mode.state)
+        states.append(state)
+    require_equal(machine, states[:8], machine.loads)
 
 
 @examples(25)
