@@ -10,6 +10,7 @@ import numpy as np
 
 from ..algebra.charts import LEAVE, angles_in
 from ..closed_state.assembly_modes import mode_names
+from ..closure.drawn_flat import with_parallelograms
 from ..closure.limit_range import limited_range
 from ..closure.loop_length import measured_at_reference
 from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
@@ -348,7 +349,11 @@ def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:
     try:
         return RobotModel(description, tree, build_plan(tree, description))
     except UndecidedModeError:
-        raise
+        drawn = [description.reference.get(name, 0.0) for name in tree.coordinates]
+        flat = with_parallelograms(tree, description, np.array(drawn))
+        if flat.closures == description.closures:
+            raise
+        return _exact_model(flat, build_tree(flat))
     except DescriptionError:
         # perhaps only the reference is open or singular: another one may be closed and regular
         regular = with_regular_reference(tree, description)
