@@ -10,13 +10,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..closure.closed_motion import ClosedMotion
 from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP, any_failed
 from ..programs import Model
-from .continuation import Mask, Rows, continue_to
+from .continuation import Rows, Start, continue_to
 from .turns import FreeTurns
 
 Values = dict[str, Array]
@@ -24,26 +25,6 @@ Values = dict[str, Array]
 ClosureResults = tuple[Values, Codes]
 # (u, du, branch signs, guess) -> results
 RunClose = Callable[[Array, Array, Array, Array], ClosureResults]
-
-
-class Start(NamedTuple):
-    """Closed configuration from which a motion is followed.
-
-    Attributes:
-        s: all coordinates (n_s,) or (N, n_s) [rad, m].
-        velocity_map: R there, (n_s, n) or (N, n_s, n).
-    """
-
-    s: Array
-    velocity_map: Array
-
-    def rows(self, rows: Rows) -> Start:
-        """The starts of rows: this one itself, if it is common to all."""
-        if self.s.ndim == 1:
-            return self
-        return Start(self.s[rows], self.velocity_map[rows])
-
-
 # (u, du, branch signs, start) -> results
 RunStep = Callable[[Array, Array, Array, Start], ClosureResults]
 # (u (N, n), branch signs, start of the first row) -> closed configurations of rows, status codes
@@ -93,9 +74,6 @@ class ClosureSolver:
         self.given = list(model.plan.given)
         self.iterates = any(block.iterates for block in model.plan.blocks)
         self._reference = np.array(model.plan.reference.q, dtype=float)
-        indices = range(len(self._reference))
-        passive = [k not in self.given for k in indices]
-        self._passive = np.array(passive)
         self._turns = FreeTurns(model)
         self._model = model
         self._run = runs.at
@@ -225,7 +203,7 @@ class ClosureSolver:
             start = self._references[key] = reference_start(self._model, signs)
         return start
 
-    def _must_follow(self, codes: Codes) -> Mask:
+    def _must_follow(self, codes: Codes) -> NDArray[np.bool_]:
         """Mask (N,) of the states that need continuation."""
         if self.iterates:
             # an iteration may fail because its guess was too far off
@@ -241,7 +219,10 @@ class ClosureSolver:
         def close(u: Array, guess: Array, rows: Rows) -> ClosureResults:
             return self._run(u, np.zeros_like(u), _of_rows(signs, rows), guess)
 
-        path = continue_to(close, starts, starts[:, self.given], ends, self._passive)
+        def step(u: Array, start: Start, rows: Rows) -> ClosureResults:
+            return self._runs.step(u, np.zeros_like(u), _of_rows(signs, rows), start)
+
+        path = continue_to(close, step, starts, starts[:, self.given], ends)
         values, at_end = self._run(u, du, signs, path.s.reshape(*u.shape[:-1], -1))
         codes = _code_after(path.codes, at_end)
         return values, codes.reshape(np.shape(at_end))

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,19 +23,39 @@ from numpy.typing import NDArray
 from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP
-from ..programs import CORRECTION, LARGEST, SLACK
 
 Values = Mapping[str, Array]
 Rows = NDArray[np.intp]
-# (u, guess, indices of these rows in the batch) -> results with s and R, status codes
-Close = Callable[[Array, Array, Rows], tuple[Values, Codes]]
-Mask = NDArray[np.bool_]
 
 SHORTEST = 1e-7  # share of the motion; if a step must be shorter, there is no continuous motion
 # A longer motion needs more steps. This is the largest number of them, rejected ones included.
 BASE_ROUNDS = 400
 ROUNDS_PER_LENGTH = 100  # [1/rad or 1/m] per length of the path of the given coordinates
 MAX_EXTRA_ROUNDS = 1e6
+
+
+class Start(NamedTuple):
+    """A closed configuration to come from.
+
+    Attributes:
+        s: all coordinates (n_s,) or (N, n_s) [rad, m].
+        velocity_map: R there, (n_s, n) or (N, n_s, n).
+    """
+
+    s: Array
+    velocity_map: Array
+
+    def rows(self, rows: Rows) -> Start:
+        """The starts of some rows; the same start if it is common to all rows."""
+        if self.s.ndim == 1:
+            return self
+        return Start(self.s[rows], self.velocity_map[rows])
+
+
+# (u, guess, indices of these rows in the batch) -> results with s and R, status codes
+Close = Callable[[Array, Array, Rows], tuple[Values, Codes]]
+# (u, start, indices of these rows) -> the same; the code is JUMP if R does not agree at both ends
+Step = Callable[[Array, Start, Rows], tuple[Values, Codes]]
 
 
 @dataclass(frozen=True)
@@ -54,19 +75,19 @@ class Continuation:
 
 def continue_to(
     close: Close,
+    step: Step,
     start_s: Array,
     start_u: Array,
     end_u: Array,
-    passive: Mask,
 ) -> Continuation:
     """Follow each row along the straight line between given coordinates.
 
     Args:
         close: closes the loops at given coordinates, from a guess.
+        step: closes the loops at given coordinates, in one step from a start.
         start_s: closed configurations (N, n_s) to come from [rad, m].
         start_u: given coordinates (N, n) there [rad, m].
         end_u: given coordinates (N, n) to go to [rad, m].
-        passive: mask (n_s,) of coordinates that are not given.
     """
     s = start_s.copy()
     progress = np.zeros(len(end_u))
@@ -83,14 +104,9 @@ def continue_to(
             break
         way = end_u[rows] - start_u[rows]
         ahead = np.minimum(1.0, progress[rows] + length[rows])
-        move = (ahead - progress[rows])[:, None] * way
-        predicted = np.einsum("nij,nj->ni", velocity_map[rows], move)
         goal = start_u[rows] + ahead[:, None] * way
-        values, trial_codes = close(goal, s[rows] + predicted, rows)
-        hindsight = np.einsum("nij,nj->ni", values["R"], move)
-        moved = values["s"] - s[rows]
-        smooth = is_continuous(moved, predicted, hindsight, passive)
-        accepted = (trial_codes == GOOD) & smooth
+        values, trial_codes = step(goal, Start(s[rows], velocity_map[rows]), rows)
+        accepted = trial_codes == GOOD
         forward = rows[accepted]
         s[forward] = values["s"][accepted]
         velocity_map[forward] = values["R"][accepted]
@@ -98,28 +114,7 @@ def continue_to(
         length[forward] *= 2.0
         rejected = rows[~accepted]
         length[rejected] *= 0.5
-        reason = np.where(trial_codes == GOOD, JUMP, trial_codes)
-        codes[rows] = np.where(accepted, GOOD, reason)
+        codes[rows] = trial_codes
         working[rejected] = length[rejected] >= SHORTEST
     codes = np.where((codes == GOOD) & (progress < 1.0), JUMP, codes)
     return Continuation(s, codes, progress)
-
-
-def is_continuous(moved: Array, predicted: Array, hindsight: Array, passive: Mask) -> Mask:
-    """Whether a step agrees with its predictions by R at both ends.
-
-    Args:
-        moved: change (..., n_s) of all coordinates in the step [rad, m].
-        predicted: the change predicted with R at the start.
-        hindsight: the change predicted with R at the end.
-        passive: mask (n_s,) of coordinates that are not given. Given ones are not compared.
-    """
-    size = np.abs(predicted).max(axis=-1, initial=0.0, where=passive)
-    with np.errstate(invalid="ignore"):
-        error = np.abs(moved - predicted)
-        error_in_hindsight = np.abs(moved - hindsight)
-        errors = np.maximum(error, error_in_hindsight)
-        correction = errors.max(axis=-1, initial=0.0, where=passive)
-        bound = CORRECTION * size + SLACK
-        small: Mask = (correction <= bound) & (size <= LARGEST)
-    return small

@@ -15,7 +15,6 @@ from .dynamics import (
     passive_forces,
 )
 from .energy import energy, motion
-from .following import CORRECTION, LARGEST, SLACK
 from .forward import forward_dynamics
 from .kinematics import forward_kinematics, jacobian, pose_and_jacobian
 from .matrices import coriolis_matrix, spanning_terms
@@ -28,10 +27,7 @@ from .warm_start import STEP, warm_started
 __all__ = [
     "ACCELERATIONS",
     "CLOSE",
-    "CORRECTION",
-    "LARGEST",
     "MOTION",
-    "SLACK",
     "STEP",
     "Inputs",
     "Model",

@@ -15,7 +15,8 @@ from ..closed_state.assembly_modes import (
     matching_signs,
     signs_of_names,
 )
-from ..closed_state.closure_solver import ClosureResults, ClosureSolver, Start
+from ..closed_state.closure_solver import ClosureResults, ClosureSolver
+from ..closed_state.continuation import Start
 from ..closed_state.diagnosis import error_for
 from ..closed_state.mode_search import ModeSearch
 from ..closed_state.state import ClosedState

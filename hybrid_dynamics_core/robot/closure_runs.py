@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .. import programs
-from ..closed_state.closure_solver import ClosureResults, ClosureRuns, Start
+from ..closed_state.closure_solver import ClosureResults, ClosureRuns
+from ..closed_state.continuation import Start
 from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import JUMP
