@@ -315,6 +315,12 @@ class Client:
         """Full names of the topics in the graph."""
         return {name for name, _ in self._node.get_topic_names_and_types()}
 
+    def between_turns(self, call, *arguments):
+        """Runs it in the spinning thread, which dies of entities that go while it waits."""
+        task = self._executor.create_task(call, *arguments)
+        wait_until(task.done, "a turn of the executor")
+        return task.result()
+
     def _spin(self):
         while not self._closing.is_set():
             self._executor.spin_once(timeout_sec=0.1)

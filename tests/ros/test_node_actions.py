@@ -22,6 +22,7 @@ class Goals:
 
     def __init__(self, client, kind, name):
         self._client = ActionClient(client._node, kind, name)
+        self._between_turns = client.between_turns
         self.feedback = []
         assert self._client.wait_for_server(PATIENCE)
 
@@ -29,7 +30,7 @@ class Goals:
         return done(self._client.send_goal_async(goal, lambda m: self.feedback.append(m.feedback)))
 
     def destroy(self):
-        self._client.destroy()
+        self._between_turns(self._client.destroy)
 
 
 def done(future):
@@ -132,7 +133,7 @@ def test_every_trajectory_on_the_topic_is_answered_on_the_status_topic(client):
             answers.append(seen[-1])
             assert seen[-1].header.stamp.sec == stamp // 10**9
     finally:
-        client._node.destroy_subscription(subscription)
+        client.between_turns(client._node.destroy_subscription, subscription)
     good, empty, backward, unknown, beyond = answers
     assert good.error_code == ErrorCode.OK
     assert not good.error_text
