@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,19 @@ class ClosureStatus(IntEnum):
     OK = 0
     UNREACHABLE = 1
     SINGULAR = 2
+
+
+class Later(Protocol):
+    """Fields of one state that are computed when they are first read.
+
+    Attributes:
+        names: their names.
+    """
+
+    names: ClassVar[frozenset[str]]
+
+    def compute(self, name: str) -> Any:
+        """The value of a field."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,11 +102,37 @@ class ClosedState(Picklable):
     passive_angles: Mapping[str, tuple[int, float]] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of_fields(cls, **fields: Any) -> ClosedState:
-        """The state of all fields: what the constructor makes of them, in a third of its time."""
+    def of_fields(cls, fields: dict[str, Any], later: Later | None = None) -> ClosedState:
+        """The state of all fields: what the constructor makes of them, in a third of its time.
+
+        Args:
+            fields: values by name; the dictionary is changed.
+            later: computes fields that are missing, when they are first read. All arrays are
+                then read-only already.
+        """
         state = cls.__new__(cls)
-        vars(state).update(fields)
-        state.__post_init__()
+        fields["_later"] = later
+        state.__dict__.update(fields)
+        if later is None:
+            state.__post_init__()
+        return state
+
+    if not TYPE_CHECKING:  # the fields have types
+
+        def __getattr__(self, name: str) -> Any:
+            """A field that is missing: it is computed when it is first read."""
+            later = self.__dict__.get("_later")
+            if later is None or name not in later.names:
+                raise AttributeError(f"a ClosedState has no attribute {name!r}")
+            value = self.__dict__[name] = later.compute(name)
+            return value
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All fields, as `Picklable` has them."""
+        for name in self.__dataclass_fields__:
+            getattr(self, name)
+        state = super().__getstate__()
+        state.pop("_later", None)
         return state
 
     def __post_init__(self) -> None:

@@ -77,7 +77,9 @@ def finite_vectors(
 
 def all_finite(values: Array) -> bool:
     """Whether all entries of a small array are finite."""
-    total = sum(values.ravel().tolist())  # plain floats are quicker than NumPy here
+    # plain floats are quicker than NumPy here
+    flat = values if values.ndim == 1 else values.ravel()
+    total = sum(flat.tolist())
     return math.isfinite(total) or bool(np.isfinite(values).all())
 
 

@@ -117,6 +117,15 @@ class Kernel:
         """Names and shapes of the outputs."""
         return tuple((name, tuple(shape)) for name, shape in self.facts["layout"])
 
+    @lazy
+    def names(self) -> tuple[str, ...]:
+        """Names of the outputs, in order."""
+        return tuple(name for name, _ in self.layout)
+
+    @lazy
+    def _shapes(self) -> tuple[tuple[int, ...], ...]:
+        return tuple(shape for _, shape in self.layout)
+
     def __call__(self, *arguments: Array) -> tuple[dict[str, Array], Codes]:
         """Run the program.
 
@@ -132,8 +141,13 @@ class Kernel:
             codes = np.empty(counts[0], dtype=np.int64)
             self.fill_rows(arguments, [*results.values()], codes)
             return results, codes
-        results = {name: np.empty(shape) for name, shape in self.layout}
-        return results, np.array(self.fill_one(arguments, [*results.values()]))
+        outs = self.new_outs()
+        code = self.fill_one(arguments, outs)
+        return dict(zip(self.names, outs, strict=True)), np.array(code)
+
+    def new_outs(self) -> list[Array]:
+        """New arrays for the outputs of one state."""
+        return [np.empty(shape) for shape in self._shapes]
 
     def fill_one(self, arguments: Sequence[Array], outs: Sequence[Array]) -> int:
         """Fill the outputs of one state from any arrays of the right sizes; returns the status."""

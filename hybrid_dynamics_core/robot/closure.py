@@ -26,7 +26,7 @@ from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors
 from ..ground.lazy import lazy
 from .charts import Charts
-from .closure_runs import closure_runs
+from .closure_runs import OneClosure, closure_runs
 from .given import GivenMotion, close_rows
 from .kernel_store import KernelStore
 from .model import RobotModel
@@ -98,6 +98,12 @@ class Closure:
                 assembly mode.
             InputError: a shape is wrong, or a value is not finite.
         """
+        if type(u) is not np.ndarray:
+            u = finite_vectors("u", u, self.model.active)
+        if branch is None and not self.charts.change_in_loops:
+            state = self._one.close(u, du, near)
+            if state is not None:
+                return state
         u = finite_vectors("u", u, self.model.active)
         rows = len(u) if u.ndim == 2 else -1
         du = self._rates(u, du, rows)
@@ -239,12 +245,7 @@ class Closure:
         state = self.state_at(closed["s"], closed["ds"], modes)
         return replace(state, dds=moving["dds"])
 
-    def closed_state(
-        self,
-        u: Array,
-        du: Array,
-        results: Sequence[Array],
-    ) -> ClosedState:
+    def closed_state(self, u: Array, du: Array, results: Sequence[Array]) -> ClosedState:
         """Build a state from results of `kernels.closed_inverse_dynamics`, without a closure.
 
         Args:
@@ -298,11 +299,21 @@ class Closure:
         """The reference configuration, and R there."""
         return self._solver.reference(self.signs)
 
+    @lazy
+    def _one(self) -> OneClosure:
+        """The closure of one state in one compiled call."""
+        start = self.reference_start if self.iterates else self.start
+        return OneClosure(self.kernels, self._states, self.signs, start)
+
     def owns(self, state: ClosedState) -> bool:
         """Whether a state has this robot's coordinates and loops."""
         if state.s.shape[-1] != len(self.model.coordinates):
             return False
         return state.loops == self.model.loops
+
+    def owns_one(self, state: object) -> bool:
+        """Whether this is one state, not a batch, with this robot's coordinates and loops."""
+        return type(state) is ClosedState and state.u.ndim == 1 and self.owns(state)
 
     def check_state(self, state: object) -> None:
         """Check a state that a caller gives.
@@ -316,12 +327,7 @@ class Closure:
         if not self.owns(state):
             raise InputError("the state belongs to another robot")
 
-    def vector_like(
-        self,
-        state: ClosedState,
-        name: str,
-        value: ArrayLike,
-    ) -> Array:
+    def vector_like(self, state: ClosedState, name: str, value: ArrayLike) -> Array:
         """Check a vector over the active coordinates that belongs to a state.
 
         Args:
@@ -338,21 +344,12 @@ class Closure:
 
     # -- arguments
 
-    def _rates(
-        self,
-        u: Array,
-        du: ArrayLike | None,
-        rows: int,
-    ) -> Array:
+    def _rates(self, u: Array, du: ArrayLike | None, rows: int) -> Array:
         if du is None:
             return np.zeros_like(u)
         return finite_vectors("du", du, self.model.active, rows)
 
-    def _signs_for(
-        self,
-        near: ClosedState | None,
-        branch: Mapping[str, str] | None,
-    ) -> Array:
+    def _signs_for(self, near: ClosedState | None, branch: Mapping[str, str] | None) -> Array:
         """The branch signs to close on."""
         if near is not None and branch is not None:
             raise InputError("give near or branch, not both: the branch of near is kept")
@@ -362,11 +359,7 @@ class Closure:
             return frozen(signs_of_names(self.model.plan, self.signs, branch))
         return self.signs
 
-    def _start_at(
-        self,
-        near: ClosedState | None,
-        rows: int,
-    ) -> Start | None:
+    def _start_at(self, near: ClosedState | None, rows: int) -> Start | None:
         if near is None:
             return None
         self.check_state(near)

@@ -7,10 +7,13 @@ import numpy as np
 from .. import programs
 from ..closed_state.closure_solver import ClosureResults, ClosureRuns
 from ..closed_state.continuation import Start
+from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
-from ..kernels.run import Codes
-from ..kernels.status import JUMP
+from ..ground.lazy import lazy
+from ..kernels.run import Codes, Kernel
+from ..kernels.status import GOOD, JUMP
 from .kernel_store import KernelStore
+from .state_builder import StateBuilder
 
 _STEP = programs.CLOSE.from_start()
 
@@ -43,6 +46,67 @@ def closure_runs(kernels: KernelStore, key: str, model: programs.Model) -> Closu
         return Start(s, start_map.reshape(-1, n_s, n)), codes
 
     return ClosureRuns(at, step, path)
+
+
+class OneClosure:
+    """The closure of one state in one compiled call, where one is enough.
+
+    Args:
+        kernels: store of the kernels.
+        states: builder of the closed states.
+        signs: branch signs of the robot's own modes.
+        start: the reference, where one move starts, or a guess (n_s,) for closed forms.
+    """
+
+    def __init__(
+        self, kernels: KernelStore, states: StateBuilder, signs: Array, start: Start | Array
+    ) -> None:
+        self._kernels = kernels
+        self._states = states
+        self._n = len(kernels.model.active)
+        self._loops = kernels.model.loops
+        self._signs = signs
+        self._reference: tuple[Array, ...]
+        if isinstance(start, Start):
+            self._reference = (start.s, start.velocity_map.reshape(-1))
+        else:
+            self._reference = (start,)
+
+    def close(self, u: Array, du: object, near: ClosedState | None) -> ClosedState | None:
+        """The closed state at u (n,) and du (n,) or None; None if other code has to decide."""
+        if du is None:
+            du = np.zeros(self._n)
+        if near is None:
+            kernel, signs, start = self._from_reference, self._signs, self._reference
+        elif self._is_start(near):
+            kernel, signs, start = self._step, near.signs, (near.s, near.R.reshape(-1))
+        else:
+            return None
+        outs = kernel.new_outs()
+        # the code takes only finite arrays of the right type and shape
+        if kernel.one(u, du, signs, *start, *outs) != GOOD:
+            return None
+        values = dict(zip(kernel.names, outs, strict=True))
+        state = self._states.build_one(signs, values)
+        if near is None:
+            return state
+        return self._states.on_modes_of(near, state)
+
+    def _is_start(self, near: object) -> bool:
+        """Whether a state is a closed one of this robot."""
+        if type(near) is not ClosedState or near.u.ndim != 1 or near.status:
+            return False
+        return near.loops == self._loops
+
+    @lazy
+    def _from_reference(self) -> Kernel:
+        if len(self._reference) > 1:
+            return self._step
+        return self._kernels.kernel("close", programs.CLOSE)
+
+    @lazy
+    def _step(self) -> Kernel:
+        return self._kernels.kernel("step of close", _STEP)
 
 
 def start_inputs(start: Start) -> dict[str, Array]:

@@ -70,9 +70,8 @@ class Dynamics:
         Raises:
             InputError: a shape is wrong, or the input or the result is not finite.
         """
-        ddu = self._closure.vector_like(state, "ddu", ddu)
         program = programs.inverse_dynamics
-        return self._evaluate("inverse_dynamics", program, state, loads, ddu=ddu)["tau"]
+        return self._evaluate_with("inverse_dynamics", program, state, loads, ddu=ddu)["tau"]
 
     def forward_dynamics(
         self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None
@@ -93,9 +92,8 @@ class Dynamics:
                 unless a force acts along it: their acceleration is zero.
             InputError: a shape is wrong, or the input or the result is not finite.
         """
-        tau = self._closure.vector_like(state, "tau", tau)
         program = programs.forward_dynamics
-        return self._evaluate("forward_dynamics", program, state, loads, tau=tau)["ddu"]
+        return self._evaluate_with("forward_dynamics", program, state, loads, tau=tau)["ddu"]
 
     def inverse_dynamics_derivatives(
         self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
@@ -110,9 +108,8 @@ class Dynamics:
         Returns:
             d tau/du, d tau/du' and d tau/du'' = M-bar, each (n, n) or (N, n, n), rows by tau.
         """
-        ddu = self._closure.vector_like(state, "ddu", ddu)
         program = programs.inverse_dynamics_derivatives
-        values = self._evaluate("inverse_dynamics_derivatives", program, state, loads, ddu=ddu)
+        values = self._evaluate_with("inverse_dynamics_derivatives", program, state, loads, ddu=ddu)
         return values["d_u"], values["d_du"], values["d_ddu"]
 
     def forward_dynamics_derivatives(
@@ -131,9 +128,8 @@ class Dynamics:
         Raises:
             MassSingularityError: as in `forward_dynamics`.
         """
-        tau = self._closure.vector_like(state, "tau", tau)
         program = programs.forward_dynamics_derivatives
-        values = self._evaluate("forward_dynamics_derivatives", program, state, loads, tau=tau)
+        values = self._evaluate_with("forward_dynamics_derivatives", program, state, loads, tau=tau)
         return values["d_u"], values["d_du"], values["d_tau"]
 
     def minimal_form(
@@ -356,6 +352,24 @@ class Dynamics:
         if ddu is None:
             return np.zeros_like(state.u)
         return self._closure.vector_like(state, "ddu", ddu)
+
+    def _evaluate_with(
+        self,
+        key: str,
+        program: LoadedProgram,
+        state: ClosedState,
+        loads: Loads | None,
+        **vector: ArrayLike,
+    ) -> dict[str, Array]:
+        """Run a program on a state with one vector over the active coordinates."""
+        if loads is None and self._closure.owns_one(state):
+            values = self._programs.one_described(key, program, state, vector)
+            if values is not None:
+                return values
+        inputs: dict[str, Array] = {}
+        for name, value in vector.items():
+            inputs[name] = self._closure.vector_like(state, name, value)
+        return self._evaluate(key, program, state, loads, **inputs)
 
     def _evaluate(
         self,

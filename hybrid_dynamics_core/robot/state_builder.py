@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,6 +24,7 @@ class StateBuilder:
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
+        self._n = len(model.active)
         self._iterated = [block.name for block in model.plan.blocks if block.iterates]
         self._branches: dict[bytes, Mapping[str, str]] = {}
         self._passive_angles: dict[str, tuple[int, float]] = {}
@@ -30,6 +32,11 @@ class StateBuilder:
             if model.tree.is_revolute(k):
                 name = model.coordinates[k]
                 self._passive_angles[name] = (k, float(model.reference_s[k]))
+        self._constants = {
+            "loops": model.loops,
+            "dds": None,
+            "passive_angles": self._passive_angles,
+        }
 
     def build(
         self,
@@ -55,42 +62,62 @@ class StateBuilder:
             SingularityError: a loop is singular, or the motion leaves its assembly mode.
             InputError: the result is not finite.
         """
-        status: ClosureStatus | np.ndarray = ClosureStatus.OK
+        status: ClosureStatus | np.ndarray
         iterations: int | np.ndarray
         residual: float | Array
-        # fast path for one closed state
         if u.ndim == 1 and codes == GOOD:
-            iterations = int(values["iterations"][0])
-            sizes = map(abs, values["residuals"].tolist())
-            residual = max(sizes, default=0.0)
-        else:
-            self._mark_failures(u, signs, values, codes, check)
-            status = closure_statuses(codes)
-            iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
-            # the maximum over the first axis is faster, since rows are short
-            columns = np.abs(values["residuals"].T, order="C")
-            residual = columns.max(axis=0, initial=0.0)
-            if u.ndim == 1:
-                status = ClosureStatus(int(status))
-                iterations = int(iterations)
-                residual = float(residual)
-        return ClosedState.of_fields(
-            u=frozen(u),
-            du=frozen(du),
-            s=values["s"],
-            ds=values["ds"],
-            R=values["R"],
-            bias=values["bias"],
-            residual=residual,
-            branch=self._branch_of(signs),
-            signs=signs,
-            loops=self._model.loops,
-            distances=self._model.loop_distances(values["distances"]),
-            status=status,
-            iterations=iterations,
-            dds=None,
-            passive_angles=self._passive_angles,
-        )
+            return self.build_one(signs, values)
+        self._mark_failures(u, signs, values, codes, check)
+        status = closure_statuses(codes)
+        iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
+        # the maximum over the first axis is faster, since rows are short
+        columns = np.abs(values["residuals"].T, order="C")
+        residual = columns.max(axis=0, initial=0.0)
+        if u.ndim == 1:
+            status = ClosureStatus(int(status))
+            iterations = int(iterations)
+            residual = float(residual)
+        fields: dict[str, Any] = {
+            "u": frozen(u),
+            "du": frozen(du),
+            "s": values["s"],
+            "ds": values["ds"],
+            "R": values["R"],
+            "bias": values["bias"],
+            "residual": residual,
+            "branch": self.branch_of(signs),
+            "signs": signs,
+            "distances": self.loop_distances(values["distances"]),
+            "status": status,
+            "iterations": iterations,
+            **self._constants,
+        }
+        return ClosedState.of_fields(fields)
+
+    def build_one(self, signs: Array, values: Values) -> ClosedState:
+        """Build one closed state.
+
+        Args:
+            signs: branch signs (blocks,).
+            values: results of the kernel by name; their arrays become part of the state.
+        """
+        s, ds = values["s"], values["ds"]
+        for array in (s, ds, values["R"], values["bias"]):
+            array.flags.writeable = False
+        n = self._n
+        fields: dict[str, Any] = {
+            "u": s[:n],
+            "du": ds[:n],
+            "s": s,
+            "ds": ds,
+            "R": values["R"],
+            "bias": values["bias"],
+            "signs": signs,
+            "status": ClosureStatus.OK,
+            "iterations": int(values["iterations"][0]),
+            **self._constants,
+        }
+        return ClosedState.of_fields(fields, _Evidence(self, signs, values))
 
     def on_modes_of(self, near: ClosedState, state: ClosedState) -> ClosedState:
         """A state with the mode names of the state `near` that it was followed from.
@@ -122,7 +149,13 @@ class StateBuilder:
         for value in values.values():
             value[codes != GOOD] = np.nan
 
-    def _branch_of(self, signs: Array) -> Mapping[str, str]:
+    def loop_distances(self, distances: Array) -> Array:
+        """Distance of each loop to a singularity, from those of the blocks; read-only."""
+        nearest = self._model.loop_distances(distances)
+        nearest.flags.writeable = False
+        return nearest
+
+    def branch_of(self, signs: Array) -> Mapping[str, str]:
         """Names of the modes of the last row; cached, since motions stay on their modes."""
         if signs.ndim == 2:
             signs = signs[-1]
@@ -141,3 +174,23 @@ class StateBuilder:
             mode = 0 if sign > 0 else 1
             modes.append(block.modes[mode])
         return modes
+
+
+class _Evidence:
+    """Fields of one closed state that few callers read."""
+
+    __slots__ = ("_builder", "_signs", "_values")
+    names: ClassVar[frozenset[str]] = frozenset({"residual", "branch", "distances"})
+
+    def __init__(self, builder: StateBuilder, signs: Array, values: Values) -> None:
+        self._builder = builder
+        self._signs = signs
+        self._values = values
+
+    def compute(self, name: str) -> Any:
+        if name == "branch":
+            return self._builder.branch_of(self._signs)
+        if name == "distances":
+            return self._builder.loop_distances(self._values["distances"])
+        sizes = map(abs, self._values["residuals"].tolist())
+        return max(sizes, default=0.0)

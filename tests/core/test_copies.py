@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import copy
 import pickle
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import InputError, Pose, Robot, load
+from hybrid_dynamics_core import ClosedState, InputError, Pose, Robot, load
+from tests.robots import ROBOTS, robot
+from tests.sampling import swept
 
 U = [0.1, 0.12, 0.15, 0.2]
 
@@ -49,3 +52,27 @@ def test_a_copy_answers_the_same(forging: Robot, way) -> None:
 def test_things_of_the_wrong_kind_are_refused(forging: Robot, call, words: str) -> None:
     with pytest.raises(InputError, match=words):
         call(forging)
+
+
+@pytest.mark.parametrize("name", swept(ROBOTS))
+@pytest.mark.parametrize("near", [False, True])
+def test_a_state_is_the_row_of_a_batch_whatever_is_read_first(name: str, near: bool) -> None:
+    """One state takes a shorter way than a batch, and computes some fields when they are read."""
+    machine = robot(name)
+    u = machine.reference + 1e-3
+    du = np.full_like(u, 0.1)
+    start = machine.close(machine.reference) if near else None
+    batch = machine.close(u[None], du[None], near=start).rows(0)
+    state = machine.close(u, du, near=start)
+    unread = pickle.loads(pickle.dumps(machine.close(u, du, near=start)))  # noqa: S301
+    u += 1.0
+    du += 1.0
+    for field in fields(ClosedState):
+        expected = getattr(batch, field.name)
+        for one in (state, unread, replace(unread)):
+            value = getattr(one, field.name)
+            assert np.array_equal(value, expected), field.name
+            assert type(value) is not np.ndarray or not value.flags.writeable
+    assert state.branch is state.branch
+    with pytest.raises(AttributeError, match="no attribute 'residuals'"):
+        _ = state.residuals  # type: ignore[attr-defined]
