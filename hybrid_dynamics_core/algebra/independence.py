@@ -38,7 +38,7 @@ def independent_rows(
         remainder = matrix[k].copy()
         for _ in range(passes):
             for direction in basis:
-                remainder = remainder - (direction @ remainder) * direction
+                remainder -= (direction @ remainder) * direction
         size = norm(remainder)
         if size > limits[k] and len(chosen) < matrix.shape[1]:
             basis.append(remainder / size)

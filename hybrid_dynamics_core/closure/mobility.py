@@ -106,11 +106,15 @@ def _independent_names(
 ) -> list[str]:
     """Independent coordinates at a configuration; driven ones are preferred."""
     names = tree.coordinates
-    _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
+    held = sorted({k for loop in loops for k in loop.coordinates})
+    _, jacobian = gaps_and_jacobian(tree, loops, s, held)
     motions = _null_space(jacobian)
     order = _indices(names, (*robot.motors, *robot.actuators, *robot.idle, *names))
-    independent = independent_rows(motions, order, INDEPENDENT, passes=1)
-    return [names[k] for k in independent]
+    rows = {k: row for row, k in enumerate(held)}
+    in_loops = [rows[k] for k in order if k in rows]
+    independent = independent_rows(motions, in_loops, INDEPENDENT, passes=1)
+    dependent = set(held).difference(held[row] for row in independent)
+    return [names[k] for k in order if k not in dependent]
 
 
 def _regular(
@@ -200,7 +204,8 @@ def with_mobility(mobility: Mobility) -> tuple[RobotDescription, Tree]:
 
 def _indices(names: Sequence[str], preferred: Sequence[str]) -> list[int]:
     """Indices of names in an order of preference, each once."""
-    return [names.index(name) for name in dict.fromkeys(preferred)]
+    numbers = {name: number for number, name in enumerate(names)}
+    return [numbers[name] for name in dict.fromkeys(preferred)]
 
 
 def _require_closed(tree: Tree, robot: RobotDescription, closed: Closed) -> None:

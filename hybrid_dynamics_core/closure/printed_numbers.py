@@ -19,9 +19,10 @@ from .constraints.plane import PARALLEL, ROUNDED
 
 EXACT = 1e-14  # [rad] a smaller turn is the rounding of numbers
 SHOWN = 1e-8  # [rad] a smaller turn is not noted, since it is rounding
+DRAWN_EQUAL = 1e-3  # difference of opposite bars, over the longest, in drawings that cannot move
 
 
-def snapped(robot: RobotDescription) -> RobotDescription:
+def snapped(robot: RobotDescription, equal_bars: float = ROUNDED) -> RobotDescription:
     """The description in which loops that are planar within `ROUNDED` are exactly planar.
 
     Angles such as 1.5708 tilt an axis by some 1e-6 rad. The joint is turned back, together with the
@@ -29,7 +30,11 @@ def snapped(robot: RobotDescription) -> RobotDescription:
 
     Args:
         robot: a description; not changed.
+        equal_bars: difference of opposite bars, over the longest, up to which a loop becomes a
+            parallelogram.
     """
+    if not robot.closures:
+        return robot
     tree = build_tree(robot)
     every = [_Loop(robot, tree, closure.name) for closure in robot.closures]
     loops = [loop for loop in every if loop.is_near_plane]
@@ -44,7 +49,7 @@ def snapped(robot: RobotDescription) -> RobotDescription:
     for name in [loop.closure.name for loop in loops]:
         loop = _Loop(robot, tree, name)
         robot = _with_ends_in_plane(robot, loop, loop.normal)
-        robot = _with_equal_bars(robot, _Loop(robot, tree, name), loop.normal)
+        robot = _with_equal_bars(robot, _Loop(robot, tree, name), loop.normal, equal_bars)
     return robot
 
 
@@ -219,10 +224,12 @@ def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> 
     return replace(robot, closures=tuple(closures), notes=(*robot.notes, *notes))
 
 
-def _with_equal_bars(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
+def _with_equal_bars(
+    robot: RobotDescription, loop: _Loop, normal: Array, allowed: float
+) -> RobotDescription:
     """The description with the pin of a parallelogram moved so that opposite bars are equal.
 
-    Bars that differ by more than `ROUNDED` of the longest stay unequal, and are refused later.
+    Bars that differ by more than is allowed, a share of the longest, stay unequal.
     """
     closure = loop.closure
     bars = loop.bars(normal)
@@ -230,7 +237,7 @@ def _with_equal_bars(robot: RobotDescription, loop: _Loop, normal: Array) -> Rob
         return robot
     lengths = [norm(bar) for bar in bars]
     off = max(abs(lengths[0] - lengths[2]), abs(lengths[1] - lengths[3]))
-    if not EQUAL * max(lengths) < off <= ROUNDED * max(lengths):
+    if not EQUAL * max(lengths) < off <= allowed * max(lengths):
         return robot
     last = len(loop.paths[0]) - 1
     (rotation_a, _), (rotation_b, _) = loop.ends

@@ -106,6 +106,8 @@ def generic_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array:
     Returns:
         The configuration (n_s,) with the highest rank among some near s; s itself if none closes.
     """
+    if not loops:
+        return s
     sizes, motion = _singular_values(tree, loops, s)
     most = -1
     best = s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..algebra.transform import IDENTITY, RigidTransform, compose
 from ..algebra.vector import ZERO3, Rotation, Vector, constant
 from ..description.model import Frame, JointType, RobotDescription
 from ..ground.arrays import Array
+from ..ground.lazy import lazy
 from ..ground.units import coordinate_unit
 from .inertia import parallel_axis_term
 
@@ -103,16 +105,23 @@ class Tree:
         """Index of a link's body; -1 for the base."""
         if link == self.base:
             return -1
-        return next(i for i, body in enumerate(self.bodies) if body.name == link)
+        return self._body_indices[link]
+
+    @lazy
+    def _body_indices(self) -> dict[str, int]:
+        return {body.name: index for index, body in enumerate(self.bodies)}
 
     def is_revolute(self, coordinate: int) -> bool:
         """Whether a coordinate is an angle."""
-        return next(body.is_revolute for body in self.bodies if body.coordinate == coordinate)
+        return self._types[coordinate] == "revolute"
+
+    @lazy
+    def _types(self) -> dict[int, JointType]:
+        return {body.coordinate: body.type for body in self.bodies}
 
     def unit(self, coordinate: int) -> str:
         """Unit of a coordinate."""
-        types = {body.coordinate: body.type for body in self.bodies}
-        return coordinate_unit(types[coordinate])
+        return coordinate_unit(self._types[coordinate])
 
     def value_text(self, coordinate: int, value: Scalar, digits: int) -> str:
         """Name, value and unit of a coordinate as text."""
@@ -175,8 +184,11 @@ def build_tree(robot: RobotDescription) -> Tree:
 
     The active ones come first, the others as the file has them.
     """
-    passive = [name for name in robot.joints if name not in robot.active]
+    active = set(robot.active)
+    passive = [name for name in robot.joints if name not in active]
     coordinates = (*robot.active, *passive)
+    numbers = {name: number for number, name in enumerate(coordinates)}
+    charts = {joint.turns[0]: chart for chart, joint in enumerate(robot.freely_turning)}
     children: dict[str, list[str]] = {}
     for name, joint in robot.joints.items():
         children.setdefault(joint.parent, []).append(name)
@@ -187,23 +199,25 @@ def build_tree(robot: RobotDescription) -> Tree:
         name, parent = stack.pop()
         carried = children.get(robot.joints[name].child, [])
         stack += [(child, len(bodies)) for child in reversed(carried)]
-        bodies.append(_body(robot, name, parent, coordinates.index(name)))
+        bodies.append(_body(robot, name, parent, numbers[name], charts.get(name)))
     return Tree(
         base=robot.base,
         bodies=tuple(bodies),
         coordinates=coordinates,
         n_active=len(robot.active),
-        turns=tuple(_turns(joint.turns, coordinates) for joint in robot.freely_turning),
+        turns=tuple(_turns(joint.turns, numbers) for joint in robot.freely_turning),
         charts=tuple(robot.charts.get(joint.name, FIRST) for joint in robot.freely_turning),
     )
 
 
-def _turns(joints: tuple[str, ...], coordinates: tuple[str, ...]) -> Turns:
-    x, y, z = map(coordinates.index, joints)
+def _turns(joints: tuple[str, ...], numbers: Mapping[str, int]) -> Turns:
+    x, y, z = (numbers[name] for name in joints)
     return x, y, z
 
 
-def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> Body:
+def _body(
+    robot: RobotDescription, name: str, parent: int, coordinate: int, chart: int | None
+) -> Body:
     joint = robot.joints[name]
     link = robot.links[joint.child]
     about_origin = link.inertia + parallel_axis_term(link.mass, link.com)
@@ -221,17 +235,10 @@ def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> B
         first_moment=floats(link.mass * link.com),
         inertia=(xx, yy, zz),
         limits=joint.limits,
-        chart=_chart_of(robot, name),
+        chart=chart,
         compensated_mass=link.compensated_mass,
         compensated_moment=floats(link.compensated_mass * link.compensated_com),
     )
-
-
-def _chart_of(robot: RobotDescription, name: str) -> int | None:
-    for k, joint in enumerate(robot.freely_turning):
-        if joint.turns[0] == name:
-            return k
-    return None
 
 
 def frame_offset(frame: Frame) -> RigidTransform:

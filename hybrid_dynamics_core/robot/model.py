@@ -15,7 +15,7 @@ from ..closure.limit_range import limited_range
 from ..closure.loop_length import measured_at_reference
 from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
 from ..closure.plan import ClosurePlan, build_plan
-from ..closure.printed_numbers import snapped
+from ..closure.printed_numbers import DRAWN_EQUAL, snapped
 from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
 from ..errors import DescriptionError, InputError, UndecidedModeError
@@ -50,7 +50,7 @@ class RobotModel:
         Raises:
             DescriptionError: the loops do not close, or do not fit the active joints.
         """
-        model = _model(snapped(description))
+        model = _movable_model(description)
         recentred = _in_better_charts(model)
         if recentred is None:
             return model
@@ -311,6 +311,25 @@ class RobotModel:
             return build_plan(tree, self.description, indices, near)
         except DescriptionError as error:
             raise InputError(f"{names} cannot be given together: {error.problem}") from error
+
+
+def _movable_model(description: RobotDescription) -> RobotModel:
+    """The model of a description; bars drawn nearly equal are made equal where it cannot move else.
+
+    A second rod beside a parallelogram holds it fast, unless opposite bars are equal.
+    """
+    exact = snapped(description)
+    try:
+        return _model(exact)
+    except DescriptionError:
+        fitted = snapped(description, equal_bars=DRAWN_EQUAL)
+        if fitted.closures == exact.closures:
+            raise
+        try:
+            return _model(fitted)
+        except DescriptionError:
+            pass  # the error of the file as it is says more
+        raise
 
 
 def _model(description: RobotDescription) -> RobotModel:

@@ -141,3 +141,56 @@ def test_bars_that_differ_by_more_are_refused() -> None:
     text = PARALLELOGRAM.format(crank=0.4, ground=1.0, coupler=1.0, rocker=0.41)
     with pytest.raises(DescriptionError, match=r"opposite bars are 0\.4 m and 0\.41 m long"):
         robot(text)
+
+
+DOUBLE = """\
+format: 1
+name: double
+links:
+  base: {{}}
+  crank: {{mass: 1.0, com: [0.2, 0, 0], inertia: {{xx: 0.01, yy: 0.01, zz: 0.01}}}}
+  plate: {{mass: 1.0, com: [0.1, 0, 0], inertia: {{xx: 0.01, yy: 0.01, zz: 0.01}}}}
+  left: {{mass: 1.0, com: [0.2, 0, 0], inertia: {{xx: 0.01, yy: 0.01, zz: 0.01}}}}
+  right: {{mass: 1.0, com: [0.2, 0, 0], inertia: {{xx: 0.01, yy: 0.01, zz: 0.01}}}}
+gravity: [0, -9.81, 0]
+joints:
+  jc: {{type: revolute, parent: base, child: crank, axis: z}}
+  jp: {{type: revolute, parent: crank, child: plate, axis: z, origin: {{xyz: [0.4, 0, 0]}}}}
+  jl: {{type: revolute, parent: base, child: left, axis: z, origin: {{xyz: [0, 0.3, 0]}}}}
+  jr: {{type: revolute, parent: base, child: right, axis: z, origin: {{xyz: [0, -0.3, 0]}}}}
+closures:
+  one: {{kind: point, between: {{plate: [0, 0.3, 0], left: [{left}, 0, 0]}}}}
+  other: {{kind: point, between: {{plate: [0, -0.3, 0], right: [{right}, 0, 0]}}}}
+active: [jc]
+end_effector: {{link: plate}}
+reference: {{jc: 0.5, jp: -0.5, jl: 0.5, jr: 0.5}}
+"""
+
+
+@examples(10)
+@given(off=st.tuples(*[st.floats(-2e-4, 2e-4)] * 2))
+def test_a_second_rod_beside_a_parallelogram_moves_when_it_is_drawn_a_little_off(
+    off: tuple[float, float],
+) -> None:
+    left, right = 0.4 + np.array(off)
+    machine = robot(DOUBLE.format(left=left, right=right))
+    torque = machine.inverse_dynamics(machine.close([0.7]), [0.0])[0]
+    # by hand: three bars, and the plate at the crank's end, whose angle stays
+    by_hand = 9.81 * np.cos(0.7) * (3 * 0.2 + 0.4)
+    assert torque == pytest.approx(by_hand, rel=1e-3)
+    moved = [note for note in machine.description.notes if "opposite bars differ by" in note]
+    assert len(moved) == sum(abs(one) > 1e-8 for one in off) or min(map(abs, off)) < 1.1e-8
+
+
+@pytest.mark.parametrize("off", [2e-3, 2e-2])
+def test_a_second_rod_that_is_longer_holds_the_parallelogram_fast(off: float) -> None:
+    with pytest.raises(DescriptionError, match=r"does not close|over-determined"):
+        robot(DOUBLE.format(left=0.4, right=0.4 + off))
+
+
+def test_a_parallelogram_that_moves_as_it_is_drawn_keeps_its_bars() -> None:
+    lines = DOUBLE.replace(", jr: 0.5", "").splitlines()
+    alone = [line for line in lines if not line.startswith(("  right:", "  jr:", "  other:"))]
+    machine = robot("\n".join(alone).format(left=0.4003))
+    assert not any("opposite bars" in note for note in machine.description.notes)
+    assert machine.close([0.7]).s[1] != pytest.approx(-0.7, abs=1e-6)
