@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -17,6 +18,8 @@ from hybrid_dynamics_core.export import (
     to_urdf_plus,
     to_yaml,
 )
+from hybrid_dynamics_core.formats.c.real import REALS
+from hybrid_dynamics_core.formats.c.writer import LOADS
 from hybrid_dynamics_core.formats.output_files import write_files, write_folder
 
 from ..output import written
@@ -48,6 +51,7 @@ Examples:
   hybrid-dynamics export excavator --format sdf -o excavator.sdf
   hybrid-dynamics export excavator --format robot.yaml -o excavator_pairs.yaml
   hybrid-dynamics export excavator --format c -o excavator_c
+  hybrid-dynamics export excavator --format c -o excavator_f --real float --programs hydraulics
   hybrid-dynamics export my_robot.yaml | check_urdf /dev/stdin
 """
 
@@ -71,10 +75,20 @@ Examples:
 @click.option(
     "--programs",
     metavar="NAMES",
-    help="Of c: functions to write, such as close,inverse_dynamics; else all.",
+    help="Of c: functions, such as close,reactions; else closure, kinematics and dynamics.",
+)
+@click.option("--real", type=click.Choice(REALS), help="Of c: type of the numbers; double.")
+@click.option(
+    "--loads",
+    type=click.Choice(LOADS),
+    help="Of c: loads compiled in, or payload and friction as arguments.",
 )
 def command(
-    robot: str, form: str, output: str | None, overwrite: bool, programs: str | None
+    robot: str,
+    form: str,
+    output: str | None,
+    overwrite: bool,
+    **of_c: str | None,
 ) -> None:
     """Write the robot for other tools.
 
@@ -85,10 +99,11 @@ def command(
     dynamics in C99, a folder with build files.
     """
     if form == C:
-        _write_c(robot, output, overwrite, programs)
+        _write_c(robot, output, overwrite, of_c)
         return
-    if programs is not None:
-        raise click.UsageError(f"--programs belongs to --format c; {form} has none")
+    for name, value in of_c.items():
+        if value is not None:
+            raise click.UsageError(f"--{name} belongs to --format c; {form} has none")
     machine = loaded(robot)
     if form == PAIR:
         texts = _pair(machine, output)
@@ -105,7 +120,9 @@ def command(
         click.echo(written(path, title))
 
 
-def _write_c(robot: str, output: str | None, overwrite: bool, programs: str | None) -> None:
+def _write_c(
+    robot: str, output: str | None, overwrite: bool, of_c: Mapping[str, str | None]
+) -> None:
     """Write the folder of C code.
 
     Raises:
@@ -113,10 +130,11 @@ def _write_c(robot: str, output: str | None, overwrite: bool, programs: str | No
     """
     if output is None:
         raise click.UsageError("c is a folder of files; say where with --output FOLDER")
-    names = None
+    options: dict[str, Any] = {name: value for name, value in of_c.items() if value is not None}
+    programs = options.pop("programs", None)
     if programs is not None:
-        names = [name.strip() for name in programs.split(",") if name.strip()]
-    texts = to_c(loaded(robot), names)
+        programs = [name.strip() for name in programs.split(",") if name.strip()]
+    texts = to_c(loaded(robot), programs, **options)
     write_folder(texts, Path(output), overwrite)
     for name in texts:
         click.echo(written(Path(output) / name, "C99"))

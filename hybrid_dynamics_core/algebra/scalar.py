@@ -59,6 +59,13 @@ def atan2(y: Scalar, x: Scalar) -> Scalar:
     return y.atan2(x)
 
 
+def larger(a: Scalar, b: Scalar) -> Scalar:
+    """The larger of two."""
+    if hasattr(a, "absolute") or hasattr(b, "absolute"):
+        return 0.5 * (a + b + absolute(a - b))
+    return np.maximum(a, b)
+
+
 def rint(x: Scalar) -> Scalar:
     """The nearest integer, with ties to even; its derivative counts as zero."""
     if isinstance(x, (float, int)):

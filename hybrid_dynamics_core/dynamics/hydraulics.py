@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..algebra.scalar import Scalar, larger
 from ..description.actuators import HydraulicCylinder
 from ..ground.arrays import Array
 
@@ -66,16 +67,26 @@ def chamber_pressures(cylinder: HydraulicCylinder, force: ArrayLike) -> tuple[Ar
     Returns:
         Pressures [Pa] on the cap and the rod side. The idle one is at return pressure.
     """
-    push = cylinder.sign * np.asarray(force, dtype=float)
+    return _chamber_pressures(cylinder, np.asarray(force, dtype=float))
+
+
+def _chamber_pressures(cylinder: HydraulicCylinder, force: Scalar) -> tuple[Scalar, Scalar]:
+    """`chamber_pressures` of any scalar."""
+    push = cylinder.sign * force
     idle = cylinder.return_pressure
     cap = (push + idle * cylinder.rod_area) / cylinder.cap_area
     rod = (idle * cylinder.cap_area - push) / cylinder.rod_area
-    return np.maximum(cap, idle), np.maximum(rod, idle)
+    return larger(cap, idle), larger(rod, idle)
 
 
 def chamber_flows(cylinder: HydraulicCylinder, rate: ArrayLike) -> tuple[Array, Array]:
     """Flows [m^3/s] into cap and rod side at a rate of the joint [m/s]."""
-    extension = cylinder.sign * np.asarray(rate, dtype=float)
+    return _chamber_flows(cylinder, np.asarray(rate, dtype=float))
+
+
+def _chamber_flows(cylinder: HydraulicCylinder, rate: Scalar) -> tuple[Scalar, Scalar]:
+    """`chamber_flows` of any scalar."""
+    extension = cylinder.sign * rate
     return extension * cylinder.cap_area, -extension * cylinder.rod_area
 
 
@@ -101,19 +112,28 @@ def cylinder_state(
         rate: [m/s].
         force: [N] along the coordinate.
     """
-    cap, rod = chamber_pressures(cylinder, force)
-    cap_flow, rod_flow = chamber_flows(cylinder, rate)
-    lower, upper = cylinder.stroke
+    terms = cylinder_terms(cylinder, position, rate, force)
     slack = SLACK * max(cylinder.return_pressure, 1.0)
-    return CylinderState(
-        force=np.asarray(force),
-        cap_pressure=cap,
-        rod_pressure=rod,
-        cap_flow=cap_flow,
-        rod_flow=rod_flow,
-        demand=np.maximum(cap_flow, 0.0) + np.maximum(rod_flow, 0.0),
-        power=np.asarray(force * rate),
-        to_lower=np.asarray(position - lower),
-        to_upper=np.asarray(upper - position),
-        overloaded=np.maximum(cap, rod) > cylinder.supply_pressure + slack,
-    )
+    highest = np.maximum(terms["cap_pressure"], terms["rod_pressure"])
+    arrays = {name: np.asarray(value) for name, value in terms.items()}
+    return CylinderState(**arrays, overloaded=highest > cylinder.supply_pressure + slack)
+
+
+def cylinder_terms(
+    cylinder: HydraulicCylinder, position: Scalar, rate: Scalar, force: Scalar
+) -> dict[str, Scalar]:
+    """The numbers of a `CylinderState` by name, over any scalar."""
+    cap, rod = _chamber_pressures(cylinder, force)
+    cap_flow, rod_flow = _chamber_flows(cylinder, rate)
+    lower, upper = cylinder.stroke
+    return {
+        "force": force,
+        "cap_pressure": cap,
+        "rod_pressure": rod,
+        "cap_flow": cap_flow,
+        "rod_flow": rod_flow,
+        "demand": larger(cap_flow, 0.0) + larger(rod_flow, 0.0),
+        "power": force * rate,
+        "to_lower": position - lower,
+        "to_upper": upper - position,
+    }

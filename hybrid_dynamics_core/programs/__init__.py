@@ -5,6 +5,7 @@ It runs on floats as it is, on arrays (one array a scalar), or traced into a ker
 gives the equations.
 """
 
+from .actuation import HYDRAULICS, generalised_forces, hydraulics
 from .centroidal import centroidal
 from .closure import ACCELERATIONS, CLOSE, MOTION
 from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
@@ -22,13 +23,16 @@ from .model import Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind, kinds
 from .reactions import reactions
 from .regressor import regressor
+from .steps import TARGET, ik_step
 from .warm_start import STEP, warm_started
 
 __all__ = [
     "ACCELERATIONS",
     "CLOSE",
+    "HYDRAULICS",
     "MOTION",
     "STEP",
+    "TARGET",
     "Inputs",
     "Model",
     "Outcome",
@@ -41,6 +45,9 @@ __all__ = [
     "forward_dynamics",
     "forward_dynamics_derivatives",
     "forward_kinematics",
+    "generalised_forces",
+    "hydraulics",
+    "ik_step",
     "inverse_dynamics",
     "inverse_dynamics_derivatives",
     "jacobian",

@@ -36,7 +36,7 @@ def jacobian(frame: Frame) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         motion, checks, _ = closed_motion(model, x)
-        _, _, rows = _pose_and_jacobian(model, motion, frame)
+        _, _, rows = pose_of(model, motion, frame)
         return Results({"jacobian": rows}, checks)
 
     return Program(AT_POSITION, run)
@@ -47,13 +47,13 @@ def pose_and_jacobian(frame: Frame) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         motion, checks, _ = closed_motion(model, x)
-        rotation, position, rows = _pose_and_jacobian(model, motion, frame)
+        rotation, position, rows = pose_of(model, motion, frame)
         return Results({"position": position, "rotation": rotation, "jacobian": rows}, checks)
 
     return Program(AT_POSITION, run)
 
 
-def _pose_and_jacobian(
+def pose_of(
     model: Model, motion: ClosedMotion, frame: Frame
 ) -> tuple[Rotation, Vector, list[list[Scalar]]]:
     """Rotation, origin and the rows of the Jacobian (6, n) of a frame."""

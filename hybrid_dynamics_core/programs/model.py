@@ -15,7 +15,14 @@ from ..kernels.run import Kernel
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
 
-ALONG_S = ("guess", "start", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
+ALONG_S = (
+    "guess",
+    "start",
+    "forces",
+    "armature",
+    *FRICTION,
+    *SPRINGS,
+)  # inputs with one entry a coordinate
 GRAVITY = 3
 
 
@@ -67,6 +74,10 @@ class Inputs(LoadValues):
         start: a closed configuration to come from, all coordinates (n_s,), in place of a guess.
         start_map: R there, row by row (n_s * n,).
         gravity: (3,) [m/s^2], base axes.
+        forces: along all coordinates (n_s,) [N m, N].
+        position: target (3,) of an end effector [m].
+        rotation: target (9,), row by row.
+        weights: of the errors along and about x, y, z (6,).
     """
 
     u: Scalars = ()
@@ -78,6 +89,10 @@ class Inputs(LoadValues):
     start: Scalars = ()
     start_map: Scalars = ()
     gravity: Scalars = ()
+    forces: Scalars = ()
+    position: Scalars = ()
+    rotation: Scalars = ()
+    weights: Scalars = ()
 
 
 ProgramText = Callable[[Model, Inputs], Results]

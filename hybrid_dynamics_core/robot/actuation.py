@@ -48,10 +48,10 @@ class Actuation:
         Joints with an actuator come first, then active joints until all but the idle coordinates
         are determined.
         """
-        return tuple(name for name in self._determining if name not in self._model.idle)
+        return tuple(name for name in self.determining if name not in self._model.idle)
 
     @lazy
-    def _determining(self) -> tuple[str, ...]:
+    def determining(self) -> tuple[str, ...]:
         """The n joints that determine the motion: the drives, then idle coordinates."""
         model = self._model
         R = self._closure.close(model.reference).R
@@ -241,14 +241,14 @@ class Actuation:
             InputError: a shape is wrong, or a value is not finite.
         """
         tau = self._closure.vector_like(state, "tau", tau)
-        indices = [self._model.coordinates.index(name) for name in self._determining]
+        indices = [self._model.coordinates.index(name) for name in self.determining]
         rows = state.R[..., indices, :]
         self._check_drives(rows)
         transposed = np.swapaxes(rows, -1, -2)
         solution = np.linalg.solve(transposed, tau[..., None])
         forces = solution[..., 0].astype(np.float64)
         by_name: dict[str, Array] = {}
-        for k, name in enumerate(self._determining):
+        for k, name in enumerate(self.determining):
             if name not in self._model.idle:
                 by_name[name] = forces[..., k]
         return MappingProxyType(by_name)

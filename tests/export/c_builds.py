@@ -59,10 +59,12 @@ class Answer:
         return same and all((out == 7.0).all() for out in self.outs)
 
 
-def build(robot: Robot, folder: Path) -> Built:
+def build(
+    robot: Robot, folder: Path, programs: Sequence[str] | None = None, **options: str
+) -> Built:
     """Write, compile without a warning, and load."""
     prefix = identifier(robot.name)
-    for name, text in to_c(robot).items():
+    for name, text in to_c(robot, programs, **options).items():
         (folder / name).write_text(text, encoding="utf-8")
     source = f"{prefix}.c"
     flags = ("-std=c99", *WARNINGS, "-O1", "-fPIC")

@@ -1,26 +1,47 @@
-"""The C functions of a robot: what they take and give, and the traces behind them."""
+"""The C functions of a robot: what they take and give."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 from ... import programs
-from ...algebra.scalar import Scalar, Scalars
 from ...description.model import Frame
 from ...dynamics.load_pattern import LoadPattern
-from ...dynamics.loads import Loads, described_loads
-from ...dynamics.pack_loads import pack_loads
 from ...errors import InputError
 from ...ground.suggestions import no_such_name
-from ...kernels.trace import Results, Trace, trace
-from ...programs import Inputs, Outcome, Program
-from ...programs.closure import closed_motion
+from ...programs import Program
+from ...robot.actuation import Actuation
+from ...robot.closure import Closure
+from ...robot.kernel_store import KernelStore
 from ...robot.model import RobotModel
 from ...robot.robot import Robot
 
-OfRobot = Callable[[LoadPattern, Frame], Program]
 GUESS = "guess"
+FRICTION = ("viscous", "coulomb")
+ALL_LOADS = ("payload", *FRICTION)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the program of a function depends on besides its arguments.
+
+    Attributes:
+        model: constants of the robot.
+        pattern: pattern of the loads.
+        frame: the end effector.
+    """
+
+    model: RobotModel
+    pattern: LoadPattern
+    frame: Frame
+
+
+OfSetting = Callable[[Setting], Program]
+
+
+def _needs_nothing(_robot: Robot) -> str:
+    return ""
 
 
 @dataclass(frozen=True)
@@ -31,172 +52,184 @@ class Call:
         name: after the robot's prefix.
         inputs: vectors before the guess, in order.
         results: names of its outputs in C, by their names in the program, in order.
-        program: the program for a pattern of loads and a frame.
+        program: the program in a setting.
         text: what it computes.
+        loads: arguments, before the guess, where loads are arguments.
+        on_request: whether it is written only where it is named.
+        lacks: what a robot lacks for it; empty if nothing.
+        open: outputs that may be NaN or infinite, in C.
     """
 
     name: str
     inputs: tuple[str, ...]
     results: Mapping[str, str]
-    program: OfRobot
+    program: OfSetting
     text: str
+    loads: tuple[str, ...] = ()
+    on_request: bool = False
+    lacks: Callable[[Robot], str] = field(default=_needs_nothing)
+    open: tuple[str, ...] = ()
 
 
+def _same(*names: str) -> dict[str, str]:
+    return {name: name for name in names}
+
+
+def _reactions(setting: Setting) -> Program:
+    closures = setting.model.description.closures
+    return programs.reactions(closures, setting.pattern)
+
+
+def _hydraulics(setting: Setting) -> Program:
+    model = setting.model
+    actuation = Actuation(model, Closure(model, KernelStore(model)))
+    drives = [model.coordinates.index(name) for name in actuation.determining]
+    return programs.hydraulics(actuation.cylinders, drives)
+
+
+def _no_masses(robot: Robot) -> str:
+    links = robot.description.links.values()
+    if any(link.mass for link in links) or robot.loads.payloads:
+        return ""
+    return "no link has a mass"
+
+
+def _no_cylinders(robot: Robot) -> str:
+    if robot.cylinders:
+        return ""
+    return "no joint has a hydraulic cylinder"
+
+
+AT_ACCELERATION = ("u", "du", "ddu", "gravity")
+AT_EFFORT = ("u", "du", "tau", "gravity")
+PINS = ("pin_places", "pin_forces", "pin_moments", "pin_shares")
+JOINTS = ("joint_places", "joint_forces", "joint_moments")
 CALLS = (
     Call(
         "close",
         ("u", "du"),
-        {"s": "s", "ds": "ds"},
-        lambda _pattern, _frame: programs.MOTION,
+        _same("s", "ds"),
+        lambda _: programs.MOTION,
         "all coordinates s (NS) and their rates s' (NS)",
     ),
     Call(
         "inverse_dynamics",
-        ("u", "du", "ddu", "gravity"),
-        {"tau": "tau"},
-        lambda pattern, _frame: programs.inverse_dynamics(pattern),
+        AT_ACCELERATION,
+        _same("tau"),
+        lambda setting: programs.inverse_dynamics(setting.pattern),
         "efforts of the drives tau (NU) for accelerations u''",
+        ALL_LOADS,
     ),
     Call(
         "forward_dynamics",
-        ("u", "du", "tau", "gravity"),
-        {"ddu": "ddu"},
-        lambda pattern, _frame: programs.forward_dynamics(pattern),
+        AT_EFFORT,
+        _same("ddu"),
+        lambda setting: programs.forward_dynamics(setting.pattern),
         "accelerations u'' (NU) from efforts tau",
+        ALL_LOADS,
     ),
     Call(
         "minimal_form",
         ("u", "du", "gravity"),
-        {"M": "M", "h": "h", "g": "g"},
-        lambda pattern, _frame: programs.minimal_form(pattern),
+        _same("M", "h", "g"),
+        lambda setting: programs.minimal_form(setting.pattern),
         "M (NU, NU), h = C u' (NU) and g (NU) of M u'' + h + g = tau; friction, springs and"
         " wrenches are not in them",
+        ("payload",),
     ),
     Call(
         "forward_kinematics",
         ("u",),
-        {"position": "position", "rotation": "rotation"},
-        lambda _pattern, frame: programs.forward_kinematics(frame),
+        _same("position", "rotation"),
+        lambda setting: programs.forward_kinematics(setting.frame),
         "position (3) and rotation (3, 3) of the end effector in base axes",
     ),
     Call(
         "jacobian",
         ("u",),
         {"jacobian": "J"},
-        lambda _pattern, frame: programs.jacobian(frame),
+        lambda setting: programs.jacobian(setting.frame),
         "J (6, NU): linear, then angular velocity of the end effector per unit rate",
+    ),
+    Call(
+        "reactions",
+        AT_ACCELERATION,
+        _same("tau", *PINS, *JOINTS, "base"),
+        _reactions,
+        "tau (NU); place, force and moment (3 each) in every loop closure, on its link a, and in\n"
+        "   every joint, on the link that it carries; the wrench (6) of the foundation; base axes."
+        "\n   pin_shares: how well a pin is determined, 1 at best. One that is not is NaN, and so"
+        "\n   are the joints of its loop",
+        ALL_LOADS,
+        on_request=True,
+        lacks=_no_masses,
+        open=(*PINS[1:], *JOINTS[1:]),
+    ),
+    Call(
+        "inverse_dynamics_derivatives",
+        AT_ACCELERATION,
+        _same("tau", "d_u", "d_du", "d_ddu"),
+        lambda setting: programs.inverse_dynamics_derivatives(setting.pattern),
+        "tau (NU) and its derivatives (NU, NU) by u, u' and u''; the last is M",
+        ALL_LOADS,
+        on_request=True,
+    ),
+    Call(
+        "forward_dynamics_derivatives",
+        AT_EFFORT,
+        _same("ddu", "d_u", "d_du", "d_tau"),
+        lambda setting: programs.forward_dynamics_derivatives(setting.pattern),
+        "u'' (NU) and its derivatives (NU, NU) by u, u' and tau",
+        ALL_LOADS,
+        on_request=True,
+        lacks=_no_masses,
+    ),
+    Call(
+        "ik_step",
+        ("u", *programs.TARGET),
+        _same("next", "error"),
+        lambda setting: programs.ik_step(setting.frame),
+        "next (NU): u after a damped least-squares step to a pose of the end effector; error (6)\n"
+        "   before it, along and about x, y, z. weights (6): of these errors, 0 leaves one out",
+        on_request=True,
+    ),
+    Call(
+        "generalised_forces",
+        ("u", "forces"),
+        _same("tau"),
+        lambda _: programs.generalised_forces(),
+        "efforts of the drives tau (NU) that do the work of forces (NS) along all coordinates",
+        on_request=True,
+    ),
+    Call(
+        "hydraulics",
+        ("u", "du", "tau"),
+        _same(*programs.HYDRAULICS),
+        _hydraulics,
+        "force [N], chamber pressures [Pa], flows into the chambers [m^3/s], flow from the supply,"
+        "\n   power [W] and ways to the ends of the stroke [m], one entry for each cylinder",
+        on_request=True,
+        lacks=_no_cylinders,
+        open=("to_lower", "to_upper"),
     ),
 )
 
 
-def calls_of(names: Sequence[str] | None) -> list[Call]:
-    """The calls of some names; all if None.
+def calls_of(names: Sequence[str] | None, robot: Robot) -> list[Call]:
+    """The calls of some names; those that are always written if None.
 
     Raises:
-        InputError: there is no such program.
+        InputError: there is no such program, or the robot lacks what it needs.
     """
     if names is None:
-        return list(CALLS)
+        return [call for call in CALLS if not call.on_request]
     by_name = {call.name: call for call in CALLS}
     for name in names:
         if name not in by_name:
             raise InputError(no_such_name("program", name, by_name))
+        lack = by_name[name].lacks(robot)
+        if lack:
+            raise InputError(f"{robot.name}: {lack}, so the program '{name}' has no results")
     if not names:
         raise InputError(f"no program is named; expected some of {', '.join(by_name)}")
     return [by_name[name] for name in dict.fromkeys(names)]
-
-
-@dataclass(frozen=True)
-class TracedCall:
-    """A C function with its trace: `results` of the program, then the configuration s.
-
-    Attributes:
-        call: the function.
-        trace: its operations. Inputs: those of the call, then the guess (n_s,), or a closed
-            configuration (n_s,) and R there (n_s * n,).
-        sizes: numbers of values of the results, in order.
-    """
-
-    call: Call
-    trace: Trace
-    sizes: list[int]
-
-
-class Tracer:
-    """Traces calls of a robot, its loads and assembly mode compiled in.
-
-    Attributes:
-        follows: whether loops without a closed form are followed from the guess.
-        size: number of coordinates n_s.
-    """
-
-    def __init__(self, robot: Robot, loads: Loads | None = None) -> None:
-        model = RobotModel.from_description(robot.description)
-        if loads is None:
-            loads = described_loads(model.description, model.coordinates)
-        self._model = model.program_model
-        self._frame = model.frame(None)
-        self._pattern, values = pack_loads(loads, model.tree, model.frame, None)
-        self._constants: dict[str, Scalars] = {"branch": model.plan.signs}
-        for name, array in values.items():
-            self._constants[name] = array.tolist()
-        self.follows = model.follows
-        self.size = len(model.coordinates)
-
-    def trace(self, call: Call) -> TracedCall:
-        """The trace of a call."""
-        program = call.program(self._pattern, self._frame)
-        if self.follows:
-            program = program.from_start()
-        last = ("start", "start_map") if self.follows else (GUESS,)
-        names = (*call.inputs, *last)
-
-        def run(*vectors: Scalars) -> Results:
-            x = self._inputs(program, dict(zip(names, vectors, strict=True)))
-            results = program.run(self._model, x)
-            motion, _, _ = closed_motion(self._model, x)
-            outputs = {name: results.outputs[name] for name in call.results}
-            outputs["configuration"] = motion.configuration.q
-            return Results(outputs, results.checks)
-
-        sizes = [program.size(self._model, name) for name in names]
-        traced = _with_public_codes(trace(run, sizes, call.name))
-        lengths = [_count(shape) for _, shape in traced.layout[:-1]]
-        return TracedCall(call, traced, lengths)
-
-    def trace_start(self) -> Trace:
-        """The trace of what a followed call starts from: s and R of the guess, closed."""
-
-        def run(guess: Scalars) -> Results:
-            u = [guess[k] for k in self._model.plan.given]
-            motion, checks, _ = closed_motion(
-                self._model, Inputs(u=u, guess=guess, branch=self._constants["branch"])
-            )
-            start_map: list[Scalar] = []
-            for row in motion.velocity_map():
-                start_map += row
-            return Results({"start": motion.configuration.q, "start_map": start_map}, checks)
-
-        return _with_public_codes(trace(run, [self.size], "start"))
-
-    def _inputs(self, program: Program, vectors: dict[str, Scalars]) -> Inputs:
-        """Inputs of a program: those that it takes, the others from constants."""
-        named = {**self._constants, **vectors}
-        given = {name: named[name] for name in program.inputs if name in named}
-        return Inputs(**given)
-
-
-def _with_public_codes(traced: Trace) -> Trace:
-    """The trace with kinds of outcome as codes of its checks."""
-    checks = []
-    for check in traced.checks:
-        kind = Outcome.decode(check.code).kind
-        checks.append(replace(check, code=int(kind)))
-    return replace(traced, checks=tuple(checks))
-
-
-def _count(shape: tuple[int, ...]) -> int:
-    count = 1
-    for length in shape:
-        count *= length
-    return count

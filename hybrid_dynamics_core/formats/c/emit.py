@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 
-from ...algebra.numerics import LARGEST_STEP, MAX_ITERATIONS, SMALL_STEP, TINY
+from ...algebra.numerics import MAX_ITERATIONS
 from ...kernels.emit_python import count_uses
 from ...kernels.graph import Operand, Symbol
 from ...kernels.trace import Trace, body_name, trace_body
+from .parts import Text, in_parts
+from .solvers import ELIMINATE, INVERT, NEWTON
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _CALLS = {
@@ -23,107 +25,6 @@ _CALLS = {
     "atan2": "atan2",
 }
 _LONGEST = 160  # characters of an expression that is used once and stays inside another
-
-_ELIMINATE = """\
-/* Gauss and Jordan with pivoting on the rows [A | B] (n, width): B becomes A^-1 B. Returns det A.
-   The values of a singular matrix are not finite. */
-static double eliminate(double *a, int n, int width)
-{
-    double determinant = 1.0;
-    for (int c = 0; c < n; ++c) {
-        double *line = a + c * width;
-        double *other = line;
-        double largest = -1.0;
-        for (int r = c; r < n; ++r) {
-            const double size = fabs(a[r * width + c]);
-            if (size > largest) {
-                largest = size;
-                other = a + r * width;
-            }
-        }
-        const double pivot = other[c];
-        const double inverse = 1.0 / pivot;
-        determinant *= (other == line) ? pivot : -pivot;
-        for (int k = 0; k < width; ++k) {
-            const double x = line[k];
-            const double y = other[k];
-            other[k] = x;
-            line[k] = y * inverse;
-        }
-        for (int r = 0; r < n; ++r) {
-            double *target = a + r * width;
-            if (r != c) {
-                const double factor = target[c];
-                for (int k = c; k < width; ++k) {
-                    target[k] -= factor * line[k];
-                }
-            }
-        }
-    }
-    return determinant;
-}
-"""
-
-_INVERT = """\
-/* The inverse of a (n, n) row by row, then the determinant; NaN and 0 of a singular matrix. */
-static void invert(int n, const double *a, double *work, double *out)
-{
-    for (int r = 0; r < n; ++r) {
-        for (int c = 0; c < n; ++c) {
-            work[2 * n * r + c] = a[n * r + c];
-            work[2 * n * r + n + c] = (r == c) ? 1.0 : 0.0;
-        }
-    }
-    const double determinant = eliminate(work, n, 2 * n);
-    const int regular = determinant < 0.0 || determinant > 0.0;
-    for (int r = 0; r < n; ++r) {
-        for (int c = 0; c < n; ++c) {
-            out[n * r + c] = regular ? work[2 * n * r + n + c] : (double)NAN;
-        }
-    }
-    out[n * n] = regular ? determinant : 0.0;
-}
-"""
-
-_NEWTON = f"""\
-typedef void equations(const double *x, const double *p, double *values);
-
-/* Newton's iteration from the guess x (n,) to the solution in its place. x[n] becomes the number
-   of iterations, at most {MAX_ITERATIONS}; negative where they fail. */
-static void newton(
-    equations *body, int n, const double *p, double *values, double *work, double *x)
-{{
-    for (int count = 1; count <= {MAX_ITERATIONS}; ++count) {{
-        double longest = 0.0;
-        x[n] = -(double)count;
-        body(x, p, values);
-        for (int r = 0; r < n; ++r) {{
-            for (int c = 0; c < n; ++c) {{
-                work[(n + 1) * r + c] = values[n + n * r + c];
-            }}
-            work[(n + 1) * r + n] = values[r];
-        }}
-        (void)eliminate(work, n, n + 1);
-        for (int r = 0; r < n; ++r) {{
-            const double size = fabs(work[(n + 1) * r + n]);
-            if (!(size < (double)INFINITY)) {{
-                return;
-            }}
-            if (size > longest) {{
-                longest = size;
-            }}
-        }}
-        const double share = {LARGEST_STEP!r} / (longest > {TINY!r} ? longest : {TINY!r});
-        for (int r = 0; r < n; ++r) {{
-            x[r] -= (share < 1.0 ? share : 1.0) * work[(n + 1) * r + n];
-        }}
-        if (longest < {SMALL_STEP!r}) {{
-            x[n] = (double)count;
-            return;
-        }}
-    }}
-}}
-"""
 
 
 class _Body:
@@ -180,22 +81,26 @@ class _Body:
         vectors = [[self.value(x) for x in vector] for vector in block.arguments]
         if block.body is None:
             entries = ", ".join(vectors[0])
-            self.lines += [
+            self._add_call(
                 f"const double m{number}[] = {{{entries}}};",
                 f"double w{number}[{2 * n * n}];",
                 f"double b{number}[{block.outputs}];",
                 f"invert({n}, m{number}, w{number}, b{number});",
-            ]
+            )
             return
         guess, parameters = vectors
         body = function_name(body_name(self.trace, number))
-        self.lines += [
+        self._add_call(
             f"const double p{number}[] = {{{', '.join(parameters or ['0.0'])}}};",
             f"double b{number}[{block.outputs}] = {{{', '.join(guess)}}};",
             f"double e{number}[{n + n * n}];",
             f"double w{number}[{n * (n + 1)}];",
             f"newton({body}, {n}, p{number}, e{number}, w{number}, b{number});",
-        ]
+        )
+
+    def _add_call(self, *lines: str) -> None:
+        """Add the lines of a call as one statement."""
+        self.lines.append("\n".join(lines))
 
 
 def constant(x: float) -> str:
@@ -219,47 +124,33 @@ def emit_functions(trace: Trace) -> list[str]:
     code of the first check that fails: then `out` is not written.
     """
     body = _Body(trace)
-    lines = list(body.lines)
+    last: list[str] = []
     for check in trace.checks:
         test = f"!({body.value(check.value)} > {constant(check.threshold)})"
-        lines += [f"if ({test}) {{", f"    return {check.code};", "}"]
-    lines += _outputs(trace, body)
-    lines.append("return 0;")
-    vectors = range(len(trace.inputs))
-    arguments = "".join(f"const double *a{v}, " for v in vectors)
-    head = f"static int {function_name(trace.name)}({arguments}double *out)"
-    return [*_block_functions(trace), _function(head, [*_unused(trace), *lines])]
+        last.append(f"if ({test}) {{\n    return {check.code};\n}}")
+    last += _outputs(trace, body)
+    last.append("return 0;")
+    text = Text("int", function_name(trace.name), len(trace.inputs), body.lines, last)
+    return [*_block_functions(trace), *in_parts(text)]
 
 
 def _block_functions(trace: Trace) -> list[str]:
     """The functions that the live blocks of a trace call."""
     texts: list[str] = []
     for number in trace.live_blocks():
-        texts.append(_ELIMINATE)
+        texts.append(ELIMINATE)
         if trace.graph.blocks[number].body is None:
-            texts.append(_INVERT)
+            texts.append(INVERT)
             continue
         inner = trace_body(trace, number)
         body = _Body(inner)
-        head = f"static void {function_name(inner.name)}(const double *a0, const double *a1, "
-        lines = [*_unused(inner), *body.lines, *_outputs(inner, body)]
-        texts += [_NEWTON, *_block_functions(inner), _function(f"{head}double *out)", lines)]
+        text = Text("void", function_name(inner.name), 2, body.lines, _outputs(inner, body))
+        texts += [NEWTON, *_block_functions(inner), *in_parts(text)]
     return list(dict.fromkeys(texts))
 
 
 def _outputs(trace: Trace, body: _Body) -> list[str]:
     return [f"out[{k}] = {body.value(x)};" for k, x in enumerate(trace.outputs)]
-
-
-def _unused(trace: Trace) -> list[str]:
-    """Statements that name the inputs that nothing depends on, so that compilers do not warn."""
-    used = {vector for vector, _ in trace.used_inputs()}
-    return [f"(void)a{v};" for v in range(len(trace.inputs)) if v not in used]
-
-
-def _function(head: str, lines: list[str]) -> str:
-    body = "\n".join(f"    {line}" for line in lines)
-    return f"{head}\n{{\n{body}\n}}\n"
 
 
 def count_operations(trace: Trace) -> int:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ...kernels.trace import Trace
 from ...programs import OutcomeKind
 from ...robot.robot import Robot
-from .calls import TracedCall
 from .emit import count_operations
 from .names import comment
 from .signatures import Names, signature
+from .tracer import TracedCall
 
 STATUS = {  # by kind of outcome: name after the prefix, text
     OutcomeKind.CLOSED: ("OK", "done"),
@@ -34,12 +35,29 @@ CONSTANTS = (
     ("char *const {p}_coordinate_names[{p}_NS]", "names of the coordinates s in the description"),
 )
 
+_ARGUMENTS = """\
+/* payload (10): mass, centre of mass (3), and Ixx, Ixy, Ixz, Iyy, Iyz, Izz about it, in axes of the
+   end effector, from its origin. It comes on top of the payloads of the description.
+   viscous, coulomb (NS): friction along the coordinates, in place of that of the description. */
+"""
 
-def header_text(robot: Robot, names: Names, traced: Sequence[TracedCall], follows: bool) -> str:
-    """The text of ROBOT.h."""
+
+def header_text(
+    robot: Robot, names: Names, traced: Sequence[TracedCall], start: Trace | None
+) -> str:
+    """The text of ROBOT.h.
+
+    Args:
+        robot: the robot.
+        names: its identifiers.
+        traced: the functions.
+        start: what followed functions start from; None where every loop has a closed form.
+    """
     p = names.prefix
+    before = 0 if start is None else count_operations(start)
     parts = [
-        _opening(robot, names, follows),
+        _opening(robot, names, start is not None),
+        *([_ARGUMENTS] if any("payload" in one.inputs for one in traced) else []),
         f"#ifndef {p}_H\n#define {p}_H\n",
         '#ifdef __cplusplus\nextern "C" {\n#endif\n',
         f"#define {names.nu} {names.n} /* active coordinates u */",
@@ -49,8 +67,9 @@ def header_text(robot: Robot, names: Names, traced: Sequence[TracedCall], follow
     ]
     for text, meaning in CONSTANTS:
         parts.append(f"/* {meaning} */\nextern const {text.format(p=p)};\n")
+    parts += [_name_lists(names, one) for one in traced if one.lists]
     for one in traced:
-        operations = count_operations(one.trace)
+        operations = before + count_operations(one.trace)
         parts.append(
             f"/* {one.call.text}.\n   At most {operations} floating-point operations. */\n"
             f"{signature(names, one)};\n"
@@ -78,6 +97,16 @@ def _opening(robot: Robot, names: Names, follows: bool) -> str:
         f"   Begin with {p}_reference. End effector: {comment(robot.end_effector)}. The loads and\n"
         "   assembly modes of the description are compiled in. */\n"
     )
+
+
+def _name_lists(names: Names, traced: TracedCall) -> str:
+    """Numbers and names of what the results of a function belong to."""
+    text = ""
+    for kind, listed in traced.lists.items():
+        macro = f"{names.prefix}_N_{kind.upper()}S"
+        text += f"#define {macro} {len(listed)}\n"
+        text += f"extern const char *const {names.prefix}_{kind}_names[{macro}];\n"
+    return text
 
 
 def _coordinates(robot: Robot, names: Names) -> str:

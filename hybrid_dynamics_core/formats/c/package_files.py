@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...robot.robot import Robot
-from .calls import TracedCall
 from .header import STATUS
 from .names import comment, package_name
 from .signatures import Names, signature
+from .tracer import TracedCall
 
 _CMAKE = """\
 cmake_minimum_required(VERSION 3.8)
@@ -33,7 +33,7 @@ if(UNIX)
   target_link_libraries({p} PUBLIC m)
 endif()
 
-install(FILES {p}.h DESTINATION include/${{PROJECT_NAME}})
+install(FILES {p}.h {p}.hpp DESTINATION include/${{PROJECT_NAME}})
 install(TARGETS {p} EXPORT export_${{PROJECT_NAME}}
   ARCHIVE DESTINATION lib LIBRARY DESTINATION lib RUNTIME DESTINATION bin)
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .calls import GUESS, TracedCall
+from ...programs import TARGET
+from .calls import FRICTION, GUESS
+from .tracer import PAYLOAD, TracedCall
+
+FIXED = {"gravity": 3, "payload": PAYLOAD, **TARGET}
+ALONG_S = (GUESS, "forces", *FRICTION)
 
 
 @dataclass(frozen=True)
@@ -34,31 +39,25 @@ class Names:
 
     def length(self, input_name: str) -> str:
         """Length of an input vector in C."""
-        if input_name == "gravity":
-            return "3"
-        return self.ns if input_name == GUESS else self.nu
+        if input_name in FIXED:
+            return str(FIXED[input_name])
+        return self.ns if input_name in ALONG_S else self.nu
 
     def count(self, input_name: str) -> int:
         """Length of an input vector."""
-        if input_name == "gravity":
-            return 3
-        return len(self.coordinates) if input_name == GUESS else self.n
+        if input_name in FIXED:
+            return FIXED[input_name]
+        return len(self.coordinates) if input_name in ALONG_S else self.n
 
 
 def signature(names: Names, traced: TracedCall) -> str:
     """The declaration of a function, without a semicolon."""
-    call = traced.call
-    arguments = [f"const double {name}[{names.length(name)}]" for name in call.inputs]
+    arguments = [f"const double {name}[{names.length(name)}]" for name in traced.inputs]
     arguments.append(f"double guess[{names.ns}]")
-    for name, size in zip(call.results.values(), traced.sizes, strict=True):
+    for name, size in traced.results.items():
         arguments.append(f"double {name}[{size}]")
     listed = ",\n    ".join(arguments)
-    return f"int {names.prefix}_{call.name}(\n    {listed})"
-
-
-def total(traced: TracedCall) -> int:
-    """Number of results, those of the configuration not counted."""
-    return sum(traced.sizes)
+    return f"int {names.prefix}_{traced.call.name}(\n    {listed})"
 
 
 def rows(values: Sequence[str], width: int = 4) -> str:

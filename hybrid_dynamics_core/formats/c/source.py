@@ -8,13 +8,15 @@ import numpy as np
 
 from ...kernels.trace import Trace
 from ...robot.robot import Robot
-from .calls import GUESS, TracedCall
+from .calls import GUESS, JOINTS, PINS
 from .emit import constant, emit_functions, function_name
 from .header import STATUS
 from .names import literal
-from .signatures import Names, rows, signature, total
+from .real import Precision
+from .signatures import Names, rows, signature
+from .tracer import TracedCall
 
-NEAR = 1e-4  # [rad or m] a guess farther from closed belongs to another assembly mode, or to none
+UNDETERMINED = "1e-10"  # share below which a pin's force would lose half its digits
 
 _HEAD = """\
 /* Generated; see {p}.h. */
@@ -25,6 +27,15 @@ _HEAD = """\
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it drops the checks of what is not finite"
 #endif
+"""
+
+_SET_NAN = """\
+static void set_nan(double *x, int n)
+{
+    for (int k = 0; k < n; ++k) {
+        x[k] = (double)NAN;
+    }
+}
 """
 
 _HELPERS = """\
@@ -47,7 +58,11 @@ static void copy(const double *from, double *to, int n)
 
 
 def source_text(
-    robot: Robot, names: Names, traced: Sequence[TracedCall], start: Trace | None
+    robot: Robot,
+    names: Names,
+    traced: Sequence[TracedCall],
+    start: Trace | None,
+    precision: Precision,
 ) -> str:
     """The text of ROBOT.c.
 
@@ -56,6 +71,7 @@ def source_text(
         names: its identifiers.
         traced: the functions.
         start: what followed functions start from; None where every loop has a closed form.
+        precision: tolerances.
     """
     texts: list[str] = []
     for trace in [*([] if start is None else [start]), *(one.trace for one in traced)]:
@@ -63,12 +79,15 @@ def source_text(
     parts = [
         _HEAD.format(p=names.prefix),
         _constants(robot, names),
+        *(_name_lists(names, one) for one in traced if one.lists),
         _status_text(names.prefix),
         _HELPERS,
         *dict.fromkeys(texts),
     ]
+    if any(one.loops for one in traced):
+        parts.append(_SET_NAN)
     if start is not None:
-        parts.append(_start_function(names))
+        parts.append(_start_function(names, precision))
     parts += [_public(names, one, start is not None) for one in traced]
     return "\n".join(parts)
 
@@ -108,7 +127,7 @@ def _status_text(prefix: str) -> str:
     )
 
 
-def _start_function(names: Names) -> str:
+def _start_function(names: Names, precision: Precision) -> str:
     """The function that closes the guess, and finds R there."""
     p, ns, nu = names.prefix, names.ns, names.nu
     return f"""\
@@ -123,7 +142,7 @@ static int close_guess(const double *guess, double *start)
         return {p}_NOT_FINITE;
     }}
     for (int k = 0; k < {ns}; ++k) {{
-        if (!(fabs(start[k] - guess[k]) <= {NEAR!r})) {{
+        if (!(fabs(start[k] - guess[k]) <= {precision.near!r})) {{
             return {p}_JUMP;
         }}
     }}
@@ -134,9 +153,9 @@ static int close_guess(const double *guess, double *start)
 
 def _public(names: Names, traced: TracedCall, follows: bool) -> str:
     """A public function: it checks, computes into an array of its own, and copies."""
-    p, ns, call = names.prefix, names.ns, traced.call
-    size = total(traced)
-    inputs = [*call.inputs, GUESS]
+    p, ns = names.prefix, names.ns
+    size = traced.total
+    inputs = [*traced.inputs, GUESS]
     tests = " && ".join(f"all_finite({name}, {names.length(name)})" for name in inputs)
     lines = [f"double out[{size} + {ns}];"]
     if follows:
@@ -152,17 +171,18 @@ def _public(names: Names, traced: TracedCall, follows: bool) -> str:
         last = ["start", f"start + {ns}"]
         lines += ["status = close_guess(guess, start);", f"if (status != {p}_OK) {{"]
         lines += ["    return status;", "}"]
-    arguments = ", ".join([*call.inputs, *last, "out"])
+    arguments = ", ".join([*traced.inputs, *last, "out"])
     lines += [
         f"status = {function_name(traced.trace.name)}({arguments});",
-        f"if (status == {p}_OK && !all_finite(out, {size} + {ns})) {{",
-        f"    status = {p}_NOT_FINITE;",
-        "}",
         f"if (status != {p}_OK) {{",
         "    return status;",
         "}",
+        *_undetermined(traced),
+        f"if (!({_finite(traced, ns)})) {{",
+        f"    return {p}_NOT_FINITE;",
+        "}",
         *_copies(traced, ns),
-        "return status;",
+        f"return {p}_OK;",
     ]
     body = "\n".join(f"    {line}" for line in lines)
     return f"{signature(names, traced)}\n{{\n{body}\n}}\n"
@@ -172,8 +192,51 @@ def _copies(traced: TracedCall, ns: str) -> list[str]:
     """Statements that hand out the results and the configuration."""
     lines = []
     first = 0
-    for name, size in zip(traced.call.results.values(), traced.sizes, strict=True):
+    for name, size in traced.results.items():
         lines.append(f"copy(out + {first}, {name}, {size});")
         first += size
     lines.append(f"copy(out + {first}, guess, {ns});")
     return lines
+
+
+def _finite(traced: TracedCall, ns: str) -> str:
+    """The test that results are finite, but for those that may be NaN."""
+    if not traced.call.open:
+        return f"all_finite(out, {traced.total} + {ns})"
+    tests = [f"all_finite(out + {traced.total}, {ns})"]
+    first = 0
+    for name, size in traced.results.items():
+        if name not in traced.call.open:
+            tests.append(f"all_finite(out + {first}, {size})")
+        first += size
+    return " && ".join(tests)
+
+
+def _undetermined(traced: TracedCall) -> list[str]:
+    """Statements that set undetermined pins, and the joints of their loops, to NaN."""
+    places: dict[str, int] = {}
+    first = 0
+    for name, size in traced.results.items():
+        places[name] = first
+        first += size
+    lines = []
+    for k, joints in enumerate(traced.loops):
+        share = f"out[{places[PINS[3]] + k}]"
+        lines += [f"if (!({share} > {UNDETERMINED})) {{"]
+        lines.append(f"    {share} = ({share} <= {UNDETERMINED}) ? {share} : 0.0;")
+        triples = [(name, k) for name in PINS[1:3]]
+        triples += [(name, joint) for joint in joints for name in JOINTS[1:]]
+        for name, index in triples:
+            lines.append(f"    set_nan(out + {places[name] + 3 * index}, 3);")
+        lines.append("}")
+    return lines
+
+
+def _name_lists(names: Names, traced: TracedCall) -> str:
+    text = ""
+    for kind, listed in traced.lists.items():
+        size = f"{names.prefix}_N_{kind.upper()}S"
+        texts = [literal(name) for name in listed]
+        head = f"const char *const {names.prefix}_{kind}_names[{size}]"
+        text += f"{head} = {{\n    {rows(texts, 3)}}};\n"
+    return text

@@ -12,7 +12,9 @@ from ...errors import MassSingularityError, StateError
 from ...ground.arrays import Array
 from ...programs import OutcomeKind
 from ...robot.robot import Robot
-from .calls import GUESS, Call
+from .answers import answers, random_arguments
+from .calls import GUESS
+from .tracer import TracedCall
 
 REACH = 0.1  # [rad or m] about the reference; it is halved where states do not close
 REGULAR = 0.02  # least distance to a singularity
@@ -61,53 +63,33 @@ def random_states(
             return
 
 
-def vectors(robot: Robot, calls: Sequence[Call], count: int) -> dict[str, list[Vector]]:
+def vectors(robot: Robot, traced: Sequence[TracedCall], count: int) -> dict[str, list[Vector]]:
     """Arguments and results by name of the call, in random states, or at the reference."""
     rng = np.random.default_rng(0)
     states = list(random_states(robot, count, rng))
     if not states:
         reference = robot.close(robot.reference)
         states = [(reference.s, reference)]
-    return {call.name: _vectors_of(robot, call, states, rng) for call in calls}
+    return {one.call.name: _vectors_of(robot, one, states, rng) for one in traced}
 
 
 def _vectors_of(
     robot: Robot,
-    call: Call,
+    traced: TracedCall,
     states: Sequence[tuple[Array, ClosedState]],
     rng: np.random.Generator,
 ) -> list[Vector]:
     result = []
+    loaded = "payload" in traced.inputs
     for guess, state in states:
-        arguments = {
-            "u": state.u,
-            "du": state.du,
-            "ddu": rng.uniform(-1.0, 1.0, state.n),
-            "tau": rng.uniform(-1.0, 1.0, state.n),
-            "gravity": robot.loads.gravity,
-            GUESS: guess,
-        }
-        inputs = np.concatenate([arguments[name] for name in (*call.inputs, GUESS)])
+        arguments = random_arguments(robot, state, rng)
+        arguments[GUESS] = guess
+        inputs = np.concatenate([arguments[name] for name in (*traced.inputs, GUESS)])
         try:
-            outputs = _results(robot, call.name, state, arguments)
-            result.append(Vector(inputs, np.concatenate([outputs, state.s]), 0))
+            outputs = answers(robot, traced.call.name, state, arguments, loaded)
+            ordered = [np.ravel(outputs[name]) for name in traced.results]
+            result.append(Vector(inputs, np.concatenate([*ordered, state.s]), 0))
         except MassSingularityError:
-            nothing = np.zeros(state.n + len(state.s))
+            nothing = np.zeros(traced.total + len(state.s))
             result.append(Vector(inputs, nothing, int(OutcomeKind.MASS_SINGULAR)))
     return result
-
-
-def _results(robot: Robot, name: str, state: ClosedState, arguments: dict[str, Array]) -> Array:
-    """The results of a call, flat and in order."""
-    if name == "close":
-        return np.concatenate([state.s, state.ds])
-    if name == "inverse_dynamics":
-        return robot.inverse_dynamics(state, arguments["ddu"])
-    if name == "forward_dynamics":
-        return robot.forward_dynamics(state, arguments["tau"])
-    if name == "minimal_form":
-        return np.concatenate([np.ravel(part) for part in robot.minimal_form(state)])
-    if name == "forward_kinematics":
-        pose = robot.forward_kinematics(state)
-        return np.concatenate([pose.position, np.ravel(pose.rotation)])
-    return np.ravel(robot.jacobian(state))

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...robot.robot import Robot
-from .calls import GUESS, TracedCall
+from .calls import GUESS
 from .emit import constant
+from .real import Precision
 from .signatures import Names, rows
 from .states import Vector, vectors
+from .tracer import TracedCall
 
 COUNT = 10  # states of each function
-TOLERANCE = 1e-10  # of the largest result; other compilers round differently
 
 _HEAD = """\
 /* Generated: checks a build of {p}.c against numbers of the library. Ends with 0 if all hold. */
@@ -36,10 +37,12 @@ static int differs(const double *got, const double *wanted, int n)
 """
 
 
-def vectors_text(robot: Robot, names: Names, traced: Sequence[TracedCall]) -> str:
+def vectors_text(
+    robot: Robot, names: Names, traced: Sequence[TracedCall], precision: Precision
+) -> str:
     """The text of test_vectors.c."""
-    parts = [_HEAD.format(p=names.prefix, tolerance=TOLERANCE)]
-    by_name = vectors(robot, [one.call for one in traced], COUNT)
+    parts = [_HEAD.format(p=names.prefix, tolerance=precision.agreement)]
+    by_name = vectors(robot, traced, COUNT)
     for one in traced:
         parts.append(_tables(one, by_name[one.call.name]))
         parts.append(_check(names, one))
@@ -72,13 +75,13 @@ def _check(names: Names, traced: TracedCall) -> str:
     call = traced.call
     arguments = []
     first = 0
-    for name in call.inputs:
+    for name in traced.inputs:
         arguments.append(f"in + {first}")
         first += names.count(name)
     guess = first
     arguments.append(GUESS)
     first = 0
-    for size in traced.sizes:
+    for size in traced.results.values():
         arguments.append(f"out + {first}")
         first += size
     ns = names.ns

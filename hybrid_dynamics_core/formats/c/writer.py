@@ -3,47 +3,81 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from ...errors import InputError
 from ...robot.robot import Robot
 from ...robot.taken import AnyRobot, robot_of
-from .calls import Tracer, calls_of
+from .calls import calls_of
+from .cpp import cpp_text
 from .header import header_text
 from .names import identifier, identifiers
 from .package_files import cmake_text, package_text, readme_text
+from .real import PRECISIONS, REALS, Real, in_single_precision
 from .signatures import Names
 from .source import source_text
+from .tracer import Tracer
 from .vectors_file import vectors_text
 
+LOADS = ("description", "arguments")
+LoadsOf = Literal["description", "arguments"]
 
-def to_c(robot: AnyRobot, programs: Sequence[str] | None = None) -> dict[str, str]:
+
+def to_c(
+    robot: AnyRobot,
+    programs: Sequence[str] | None = None,
+    *,
+    real: Real = "double",
+    loads: LoadsOf = "description",
+) -> dict[str, str]:
     """The model of a robot as C99.
 
     Args:
         robot: the robot, or its description.
-        programs: names of the functions, such as "inverse_dynamics"; all if None.
+        programs: names of the functions, such as "inverse_dynamics"; if None, those for closure,
+            kinematics and dynamics. Reactions, derivatives and others are written on request.
+        real: type of the numbers, "double" or "float".
+        loads: "description" to compile its loads in; "arguments" for functions that take a
+            payload and friction.
 
     Returns:
-        The text of each file, by its name: ROBOT.h, ROBOT.c, CMakeLists.txt, package.xml,
-        README.md and test_vectors.c.
+        The text of each file, by its name: ROBOT.h, ROBOT.c, ROBOT.hpp, CMakeLists.txt,
+        package.xml, README.md and test_vectors.c.
 
     Raises:
-        InputError: there is no such program, or nothing moves.
+        InputError: there is no such program, type or place of loads, the robot lacks what a program
+            needs, or nothing moves.
     """
-    calls = calls_of(programs)
     machine = robot_of(robot)
+    calls = calls_of(programs, machine)
+    _require("real", real, REALS)
+    _require("loads", loads, LOADS)
     names = _names(machine)
-    tracer = Tracer(machine)
+    tracer = Tracer(machine, with_loads=loads == "arguments", real=real)
     traced = [tracer.trace(call) for call in calls]
     start = tracer.trace_start() if tracer.follows else None
+    precision = PRECISIONS[real]
+    readme = readme_text(machine, names, traced, tracer.follows)
+    code = {
+        f"{names.prefix}.h": header_text(machine, names, traced, start),
+        f"{names.prefix}.c": source_text(machine, names, traced, start, precision),
+        f"{names.prefix}.hpp": cpp_text(names, traced),
+        "test_vectors.c": vectors_text(machine, names, traced, precision),
+    }
+    if real == "float":
+        code = {name: in_single_precision(text) for name, text in code.items()}
+        readme = readme.replace("double ", "float ")
     return {
-        f"{names.prefix}.h": header_text(machine, names, traced, tracer.follows),
-        f"{names.prefix}.c": source_text(machine, names, traced, start),
+        **code,
         "CMakeLists.txt": cmake_text(names),
         "package.xml": package_text(names),
-        "README.md": readme_text(machine, names, traced, tracer.follows),
-        "test_vectors.c": vectors_text(machine, names, traced),
+        "README.md": readme,
     }
+
+
+def _require(name: str, value: object, allowed: Sequence[str]) -> None:
+    if value not in allowed:
+        raise InputError(f"{name}: {value!r}: expected {' or '.join(allowed)}")
 
 
 def _names(robot: Robot) -> Names:

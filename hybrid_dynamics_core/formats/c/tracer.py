@@ -1,0 +1,255 @@
+"""Traces of the C functions, with the robot's numbers in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from ...algebra.scalar import Scalar, Scalars
+from ...algebra.vector import Rotation, Vector, add, dot, matmul, matvec, scale, transpose
+from ...dynamics.load_pattern import INERTIAL, LoadPattern
+from ...dynamics.loads import Loads, described_loads
+from ...dynamics.pack_loads import pack_loads
+from ...dynamics.pins import Pin, find_pins
+from ...errors import InputError
+from ...kernels.trace import Results, Trace, trace
+from ...mechanism.tree import frame_offset
+from ...programs import Inputs, Outcome, Program
+from ...programs.closure import closed_motion
+from ...robot.model import RobotModel
+from ...robot.robot import Robot
+from .calls import FRICTION, GUESS, PINS, Call, Setting
+from .real import Real, loosened
+
+PAYLOAD = 10  # m, centre of mass (3), Ixx, Ixy, Ixz, Iyy, Iyz, Izz about it, all in the frame
+
+
+@dataclass(frozen=True)
+class TracedCall:
+    """A C function with its trace: `results` of the program, then the configuration s.
+
+    Attributes:
+        call: the function.
+        inputs: its vectors before the guess.
+        trace: its operations. Inputs: those of the call, then the guess (n_s,), or a closed
+            configuration (n_s,) and R there (n_s * n,).
+        results: names in C and numbers of values of the results that are not empty, in order.
+        loops: indices of the joints in the loop of each pin, of reactions.
+        lists: names of what the results belong to, by its kind.
+    """
+
+    call: Call
+    inputs: tuple[str, ...]
+    trace: Trace
+    results: dict[str, int]
+    loops: Sequence[Sequence[int]] = ()
+    lists: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    @property
+    def total(self) -> int:
+        """Number of values of all results."""
+        return sum(self.results.values())
+
+
+class Tracer:
+    """Traces calls of a robot.
+
+    Its assembly mode is compiled in, and so are its loads, but for those that are arguments.
+
+    Attributes:
+        follows: whether loops without a closed form are followed from the guess.
+        size: number of coordinates n_s.
+    """
+
+    def __init__(self, robot: Robot, *, with_loads: bool = False, real: Real = "double") -> None:
+        """Pack the loads of a description.
+
+        Args:
+            robot: the robot.
+            with_loads: whether payload and friction are arguments.
+            real: precision of the code.
+
+        Raises:
+            InputError: there is no link for a payload.
+        """
+        model = RobotModel.from_description(robot.description)
+        loads = described_loads(model.description, model.coordinates)
+        self._machine = model
+        self._model = model.program_model
+        self._frame = model.frame(None)
+        self._pattern, values = pack_loads(loads, model.tree, model.frame, None)
+        self._constants: dict[str, Scalars] = {"branch": model.plan.signs}
+        for name, array in values.items():
+            self._constants[name] = array.tolist()
+        self._with_loads = with_loads
+        self._real = real
+        if with_loads:
+            self._open_loads(loads)
+        self.follows = model.follows
+        self.size = len(model.coordinates)
+
+    def _open_loads(self, loads: Loads) -> None:
+        """Extend the pattern by what arguments may bring."""
+        body = self._model.tree.body_index(self._frame.link)
+        if body < 0:
+            raise InputError(
+                f"{self._machine.name}: the end effector is fixed to the base, so a payload there"
+                " is no argument"
+            )
+        self._carrier = body
+        described = {}
+        for n, index in enumerate(self._pattern.payloads):
+            values = self._constants["payloads"]
+            described[index] = list(values[INERTIAL * n : INERTIAL * (n + 1)])
+        described.setdefault(body, [0.0] * INERTIAL)
+        bodies = tuple(sorted(described))
+        self._described = [described[index] for index in bodies]
+        self._pattern = replace(self._pattern, payloads=bodies, friction=True)
+        self._constants["smoothing"] = loads.effects.smoothing.tolist()
+
+    @property
+    def pins(self) -> tuple[str, ...]:
+        """Names of the pins, in the order of `reactions`."""
+        return tuple(pin.name for pin in self._pins())
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of `reactions`."""
+        return tuple(body.joint for body in self._model.tree.bodies)
+
+    def trace(self, call: Call) -> TracedCall:
+        """The trace of a call."""
+        setting = Setting(self._machine, self._pattern_of(call), self._frame)
+        program = call.program(setting)
+        if self.follows:
+            program = program.from_start()
+        last = ("start", "start_map") if self.follows else (GUESS,)
+        loads = call.loads if self._with_loads else ()
+        names = (*call.inputs, *loads, *last)
+
+        def run(*vectors: Scalars) -> Results:
+            x = self._inputs(program, dict(zip(names, vectors, strict=True)))
+            results = program.run(self._model, x)
+            motion, _, _ = closed_motion(self._model, x)
+            outputs = {name: results.outputs[name] for name in call.results}
+            outputs["configuration"] = motion.configuration.q
+            return Results(outputs, results.checks)
+
+        sizes = [self._size(program, name) for name in names]
+        traced = self._checked(trace(run, sizes, call.name))
+        results: dict[str, int] = {}
+        for name, (_, shape) in zip(call.results.values(), traced.layout, strict=False):
+            if _count(shape):
+                results[name] = _count(shape)
+        inputs = (*call.inputs, *loads)
+        if PINS[0] not in call.results:
+            return TracedCall(call, inputs, traced, results, lists=self._cylinders(call))
+        lists = {"pin": self.pins, "joint": self.joints}
+        lists = {kind: listed for kind, listed in lists.items() if listed}
+        return TracedCall(call, inputs, traced, results, self._loops(), lists)
+
+    def _cylinders(self, call: Call) -> dict[str, tuple[str, ...]]:
+        """The names of the cylinders, of the call on them."""
+        if "cap_pressure" not in call.results:
+            return {}
+        return {"cylinder": tuple(self._machine.description.actuators)}
+
+    def trace_start(self) -> Trace:
+        """The trace of what a followed call starts from: s and R of the guess, closed."""
+
+        def run(guess: Scalars) -> Results:
+            u = [guess[k] for k in self._model.plan.given]
+            motion, checks, _ = closed_motion(
+                self._model, Inputs(u=u, guess=guess, branch=self._constants["branch"])
+            )
+            start_map: list[Scalar] = []
+            for row in motion.velocity_map():
+                start_map += row
+            return Results({"start": motion.configuration.q, "start_map": start_map}, checks)
+
+        return self._checked(trace(run, [self.size], "start"))
+
+    def _checked(self, traced: Trace) -> Trace:
+        """The trace with kinds of outcome as codes, and with thresholds of its precision."""
+        checks = []
+        for check in traced.checks:
+            public = check
+            if self._real == "float":
+                public = loosened(check, len(self._machine.plan.blocks))
+            kind = Outcome.decode(check.code).kind
+            checks.append(replace(public, code=int(kind)))
+        return replace(traced, checks=tuple(checks))
+
+    def _pattern_of(self, call: Call) -> LoadPattern:
+        """The pattern for a call; friction without effect on it is no argument."""
+        if self._with_loads and "viscous" not in call.loads:
+            return replace(self._pattern, friction=False)
+        return self._pattern
+
+    def _size(self, program: Program, name: str) -> int:
+        if name == "payload":
+            return PAYLOAD
+        if name in FRICTION:
+            return self.size
+        return program.size(self._model, name)
+
+    def _inputs(self, program: Program, vectors: dict[str, Scalars]) -> Inputs:
+        """Inputs of a program: those that it takes, the others from constants."""
+        named = {**self._constants, **vectors}
+        if "payload" in vectors:
+            named["payloads"] = self._with_payload(vectors["payload"])
+        given = {name: named[name] for name in program.inputs if name in named}
+        return Inputs(**given)
+
+    def _with_payload(self, payload: Scalars) -> list[Scalar]:
+        """The parameters of all payloads, with an argument added at the end effector."""
+        added = _about_origin(payload, *frame_offset(self._frame))
+        flat: list[Scalar] = []
+        for body, described in zip(self._pattern.payloads, self._described, strict=True):
+            extra: Scalars = [0.0] * INERTIAL
+            if body == self._carrier:
+                extra = added
+            flat += add(described, extra)
+        return flat
+
+    def _pins(self) -> list[Pin]:
+        model = self._machine
+        return find_pins(model.tree, model.plan, model.description.closures)
+
+    def _loops(self) -> list[list[int]]:
+        """Indices of the joints between the links of each pin."""
+        loops = []
+        for pin in self._pins():
+            side_a, side_b, _ = self._model.tree.branches(pin.body_a, pin.body_b)
+            loops.append([*side_a, *side_b])
+        return loops
+
+
+def _count(shape: tuple[int, ...]) -> int:
+    count = 1
+    for length in shape:
+        count *= length
+    return count
+
+
+def _about_origin(payload: Scalars, rotation: Rotation, offset: Vector) -> list[Scalar]:
+    """The ten parameters of a payload about the origin of its link, as `inertial_vector`.
+
+    Args:
+        payload: mass, centre of mass (3,) and inertia about it (6,), in its frame.
+        rotation: of the frame, in its link.
+        offset: origin of the frame, in its link (3,).
+    """
+    mass, x, y, z, xx, xy, xz, yy, yz, zz = payload
+    place = add(offset, matvec(rotation, (x, y, z)))
+    inertia = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    turned = matmul(matmul(rotation, inertia), transpose(rotation))
+    square = dot(place, place)
+    components: list[Scalar] = []
+    for i in range(3):
+        for j in range(i, 3):
+            steiner = -place[i] * place[j]
+            if i == j:
+                steiner = steiner + square
+            components.append(turned[i][j] + mass * steiner)
+    return [mass, *scale(mass, place), *components]
