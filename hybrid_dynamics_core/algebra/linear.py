@@ -10,6 +10,7 @@ from itertools import chain
 
 import numpy as np
 
+from ..ground.arrays import Array
 from .numerics import invert
 from .scalar import Scalar, Scalars, absolute, sqrt
 from .vector import cross, dot
@@ -35,19 +36,27 @@ class Inverse:
         size: number of rows.
         adjugate: `divisor` times the inverse, rows (size, size); by Cramer's rule up to 3 x 3.
         divisor: the adjugate over this number is the inverse.
-        determinant: determinant of the matrix.
     """
 
-    def __init__(self, matrix: Matrix) -> None:
+    def __init__(self, matrix: Matrix, order: Sequence[int] = ()) -> None:
+        """Invert a matrix.
+
+        Args:
+            matrix: rows (size, size).
+            order: the rows in an order that elimination needs not change much, for speed.
+        """
         self.size = size = len(matrix)
         self.adjugate: Rows
         self.divisor: Scalar
         if size in _ADJUGATE:
             self.adjugate, self.divisor = _ADJUGATE[size](matrix)
-            self.determinant = self.divisor
             return
-        *inverse, self.determinant = invert(list(chain.from_iterable(matrix)), size)
-        self.adjugate = [inverse[k * size : (k + 1) * size] for k in range(size)]
+        order = order or range(size)
+        *inverse, _ = invert(list(chain.from_iterable(matrix[k] for k in order)), size)
+        self.adjugate = []
+        for k in range(size):
+            row = dict(zip(order, inverse[k * size : (k + 1) * size], strict=True))
+            self.adjugate.append([row[c] for c in range(size)])
         self.divisor = 1.0
 
     def conditioning(self, matrix: Matrix, units: Sequence[float]) -> Scalar:
@@ -77,6 +86,21 @@ class Inverse:
         """x with matrix^T x = rhs."""
         columns = zip(*self.adjugate, strict=True)
         return [_product(column, rhs) / self.divisor for column in columns]
+
+
+def pivot_order(matrix: Array) -> tuple[int, ...]:
+    """The order in which Gauss' elimination with pivoting takes the rows of a square matrix."""
+    remaining = matrix.copy()
+    rows = list(range(len(matrix)))
+    order: list[int] = []
+    for column in range(len(matrix)):
+        pivot = max(rows, key=lambda k: abs(remaining[k, column]))
+        rows.remove(pivot)
+        order.append(pivot)
+        if remaining[pivot, column]:
+            factors = remaining[rows, column] / remaining[pivot, column]
+            remaining[rows] -= np.outer(factors, remaining[pivot])
+    return tuple(order)
 
 
 def _product(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:

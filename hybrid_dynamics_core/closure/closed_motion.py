@@ -31,7 +31,7 @@ class SolvedBlock:
         self.margin = margin
         self.rows = rows
         self.jacobian = [coefficients(row, solver.unknowns) for row in rows]
-        self._inverse = Inverse(self.jacobian)
+        self._inverse = Inverse(self.jacobian, solver.order)
 
     @property
     def equations(self) -> tuple[Equation, ...]:

@@ -10,6 +10,7 @@ from ..description.model import RobotDescription
 from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
+from .blocks.newton import NewtonBlock
 from .blocks.patterns import Context, solver_for
 from .branch import choose_branches
 from .constraints.equations import Equation, LoopEquations, loops_of
@@ -91,6 +92,9 @@ def build_plan(
     branch = choose_branches(robot, blocks, loops, context, configuration, guess)
     together = [loops_of(block.equations) for block in blocks]
     measure(tree, robot, all_loops(loops, blocks), together, configuration)
+    for block in blocks:
+        if isinstance(block, NewtonBlock):
+            block.choose_order(configuration)
     # a reference that differs from the file's has a note of its own
     if of_active and robot.active_set == "exact":
         _require_limits(tree, robot, configuration)

@@ -22,7 +22,7 @@ def binding() -> Any:
         return None
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    for name in ("sin", "cos", "atan2", "rint"):
+    for name in ("sin", "cos", "rint"):
         llvm.add_symbol(name, _address(_c_library(), name))
     for name in ("PyLong_FromLongLong", "PyEval_SaveThread", "PyEval_RestoreThread"):
         llvm.add_symbol(name, _address(ctypes.pythonapi, name))

@@ -26,7 +26,7 @@ from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors
 from ..ground.lazy import lazy
 from .charts import Charts
-from .closure_runs import OneClosure, closure_runs
+from .closure_runs import QuickClosure, closure_runs
 from .given import GivenMotion, close_rows
 from .kernel_store import KernelStore
 from .model import RobotModel
@@ -101,7 +101,7 @@ class Closure:
         if type(u) is not np.ndarray:
             u = finite_vectors("u", u, self.model.active)
         if branch is None and not self.charts.change_in_loops:
-            state = self._one.close(u, du, near)
+            state = self.quick.close(u, du, near)
             if state is not None:
                 return state
         u = finite_vectors("u", u, self.model.active)
@@ -300,10 +300,10 @@ class Closure:
         return self._solver.reference(self.signs)
 
     @lazy
-    def _one(self) -> OneClosure:
-        """The closure of one state in one compiled call."""
+    def quick(self) -> QuickClosure:
+        """Closure where compiled code alone is enough; not if charts change in loops."""
         start = self.reference_start if self.iterates else self.start
-        return OneClosure(self.kernels, self._states, self.signs, start)
+        return QuickClosure(self.kernels, self._states, self.signs, start)
 
     def owns(self, state: ClosedState) -> bool:
         """Whether a state has this robot's coordinates and loops."""

@@ -16,6 +16,8 @@ from .kernel_store import KernelStore
 from .state_builder import StateBuilder
 
 _STEP = programs.CLOSE.from_start()
+# rows of a motion at a time: their R stay in the cache
+PATH_ROWS = 128
 
 
 def closure_runs(kernels: KernelStore, key: str, model: programs.Model) -> ClosureRuns:
@@ -48,8 +50,8 @@ def closure_runs(kernels: KernelStore, key: str, model: programs.Model) -> Closu
     return ClosureRuns(at, step, path)
 
 
-class OneClosure:
-    """The closure of one state in one compiled call, where one is enough.
+class QuickClosure:
+    """Closure of one state, or along a motion, where compiled code alone is enough.
 
     Args:
         kernels: store of the kernels.
@@ -97,6 +99,38 @@ class OneClosure:
         if type(near) is not ClosedState or near.u.ndim != 1 or near.status:
             return False
         return near.loops == self._loops
+
+    def path(
+        self, u: Array, signs: Array, start: Array, start_map: Array
+    ) -> tuple[Array, Array] | None:
+        """Close rows (N, n) that each start from the previous one.
+
+        Args:
+            u: active coordinates (N, n) along the motion [rad, m], one row or more.
+            signs: branch signs (blocks,).
+            start: closed configuration (n_s,) before the first row [rad, m].
+            start_map: R there, row by row (n_s * n,).
+
+        Returns:
+            All coordinates (N, n_s), and R of the last row; None if a row needs other code.
+        """
+        s = np.empty((len(u), len(start)))
+        longest = min(len(u), PATH_ROWS)
+        maps = np.empty((longest, len(start_map)))
+        codes = np.zeros(longest, dtype=np.int64)
+        for first in range(0, len(u), PATH_ROWS):
+            part = u[first : first + PATH_ROWS]
+            count = len(part)
+            outs = [s[first : first + count], maps[:count]]
+            self._path.fill_path([part, signs, start, start_map], outs, codes[:count])
+            if codes[:count].any():
+                return None
+            start, start_map = s[first + count - 1], maps[count - 1].copy()
+        return s, start_map
+
+    @lazy
+    def _path(self) -> Kernel:
+        return self._kernels.kernel("path of close", programs.STEP)
 
     @lazy
     def _from_reference(self) -> Kernel:

@@ -134,11 +134,19 @@ class CompiledCall:
         sizes = len(start.s), len(start.signs)
         if sizes != (len(self._closure.start), len(self._closure.signs)):
             raise InputError("start belongs to another robot")
+        path = None
+        u = inputs["u"]
+        if u.ndim == 2 and len(u) and not self._closure.charts.change_in_loops:
+            path = self._closure.quick.path(u, start.signs, start.s, start.start_map)
+        if path is not None:
+            s, start_map = path
+            codes = self._run(inputs | {"branch": start.signs, "guess": s}, outs, threads)
+            if not any_failed(codes):
+                start.s, start.start_map = s[-1].copy(), start_map
+            return codes
         near = start.state(self._closure)
-        if inputs["u"].ndim == 1:
-            state = self._closure.close(inputs["u"], near=near)
-        else:
-            state = self._closure.close_path(inputs["u"], near=near)
+        close = self._closure.close if u.ndim == 1 else self._closure.close_path
+        state = close(u, near=near)
         codes = self._run(inputs | {"branch": state.signs, "guess": state.s}, outs, threads)
         if not any_failed(codes):
             start.move_to(state)

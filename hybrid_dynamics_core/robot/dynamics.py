@@ -216,18 +216,13 @@ class Dynamics:
         if loads is None:
             loads = self.loads
         require_type("loads", loads, Loads, "robot.loads")
-        gravity = loads.gravity
         pattern, values_of_loads = self._programs.pack(loads)
         program, key = programs.motion(pattern), pattern.key("motion")
 
-        def motion(
-            u: Array,
-            du: Array,
-            tau: Array,
-        ) -> tuple[Array, float]:
+        def motion(u: Array, du: Array, tau: Array) -> tuple[Array, float]:
             guess = state.s + state.R @ (u - state.u)
             inputs = {"u": u, "du": du, "tau": tau, "branch": state.signs, "guess": guess}
-            inputs |= {"gravity": gravity, **values_of_loads}
+            inputs |= {"gravity": loads.gravity, **values_of_loads}
             values, code = self._kernels.run(key, program, inputs)
             if code == GOOD:
                 return values["ddu"], float(values["power"])
@@ -366,10 +361,9 @@ class Dynamics:
             values = self._programs.one_described(key, program, state, vector)
             if values is not None:
                 return values
-        inputs: dict[str, Array] = {}
-        for name, value in vector.items():
-            inputs[name] = self._closure.vector_like(state, name, value)
-        return self._evaluate(key, program, state, loads, **inputs)
+        ((name, value),) = vector.items()
+        checked = self._closure.vector_like(state, name, value)
+        return self._evaluate(key, program, state, loads, **{name: checked})
 
     def _evaluate(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -103,7 +104,23 @@ def test_the_other_functions(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("size", [4, 5, 7])
+def test_the_angle_of_any_vector(backend: str) -> None:
+    """Vectors of all sizes, along the axes and diagonals, zero, the smallest and the largest."""
+    kernel = Kernel(lambda a: Results({"angle": [atan2(a[0], a[1])]}, []), [2], backend)
+    rng = np.random.default_rng(4)
+    sizes = 10.0 ** rng.integers(-300, 300, (200, 2))
+    axes = np.array(list(product([0.0, -0.0, 1.0, -1.0], repeat=2)))
+    ends = np.array([[1.2e308, -1.7e308], [-1.7e308, 1.2e308], [5e-324, 5e-324], [5e-324, -1.0]])
+    turned = rng.normal(size=(500, 2))
+    rows = np.concatenate([turned, sizes * rng.normal(size=(200, 2)), axes, ends])
+    found = run_both(kernel, rows)["angle"][:, 0]
+    exact = np.arctan2(rows[:, 0], rows[:, 1])
+    assert found == pytest.approx(exact, rel=2 * ULP, abs=1e-323)
+    assert np.array_equal(np.signbit(found), np.signbit(exact))
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("size", [4, 5, 7, 9])
 def test_inverse_needs_pivots(backend: str, size: int) -> None:
     kernel = Kernel(
         lambda a: Results({"inverse": invert(list(a), size)}, []), [size * size], backend

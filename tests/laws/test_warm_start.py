@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.errors import StateError
 from hybrid_dynamics_core.kernels import run
+from hybrid_dynamics_core.robot import closure_runs
 from tests.kernels.programs_of import BACKENDS
 from tests.robots import ROBOTS, made, robot
 from tests.sampling import examples, swept
@@ -47,6 +48,22 @@ def test_a_motion_step_by_step_and_at_once(name: str) -> None:
     agree(call(u, du, ddu, start=rows), expected)
     np.testing.assert_allclose(rows.s, start.s, atol=ROUNDING)
     np.testing.assert_allclose(rows.start_map, start.start_map, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["ankle", "forging_chu2020"])
+def test_a_motion_in_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A long motion goes through the code in parts, each from the end of the one before."""
+    machine = robot(name)
+    u = motion(machine, 4, rows=23)
+    still = np.zeros_like(u)
+    call = machine.kernels.inverse_dynamics
+    start, in_parts = machine.kernels.start(), machine.kernels.start()
+    expected = call(u, still, still, start=start)
+    monkeypatch.setattr(closure_runs, "PATH_ROWS", 5)
+    assert np.array_equal(call(u, still, still, start=in_parts), expected)
+    assert np.array_equal(in_parts.s, start.s)
+    assert np.array_equal(in_parts.start_map, start.start_map)
+    assert call(u[:0], still[:0], still[:0], check=False).shape == (0, len(u[0]))
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

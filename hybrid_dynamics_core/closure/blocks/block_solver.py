@@ -24,6 +24,8 @@ class BlockSolver(ABC):
         modes: names of its assembly modes, the first for the branch sign +1, the second for -1.
         iterates: whether it is solved by iteration; the margin is then the number of iterations.
         modes_fixed: the mode that the plan chose is kept, since another one gives the same poses.
+        order: order of the equations in which elimination needs not pivot near the reference; empty
+            for the order that they have.
         needs_mode: whether the file must name the mode; if not, the one nearest to zero is taken.
     """
 
@@ -33,6 +35,7 @@ class BlockSolver(ABC):
     iterates = False
     modes_fixed = False
     needs_mode = False
+    order: tuple[int, ...] = ()
 
     @property
     def loops(self) -> tuple[str, ...]:

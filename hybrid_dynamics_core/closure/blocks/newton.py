@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from ...algebra.linear import pivot_order
 from ...algebra.numerics import newton
 from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration, with_turns
@@ -47,13 +50,21 @@ class NewtonBlock(BlockSolver):
         configuration = self._configuration(unknowns, parameters)
         residuals: list[Scalar] = []
         entries: list[Scalar] = []
-        for loop in loops_of(self.equations):
-            linear = loop.linearise(configuration)
-            for equation in self.equations:
-                if equation.loop is loop:
-                    residuals.append(linear.residual[equation.index])
-                    entries += coefficients(linear.rows[equation.index], self.unknowns)
+        linear = {loop: loop.linearise(configuration) for loop in loops_of(self.equations)}
+        for k in self.order or range(len(self.equations)):
+            equation = self.equations[k]
+            of_loop = linear[equation.loop]
+            residuals.append(of_loop.residual[equation.index])
+            entries += coefficients(of_loop.rows[equation.index], self.unknowns)
         return [*residuals, *entries]
+
+    def choose_order(self, configuration: Configuration) -> None:
+        """Choose the `order` by elimination at a configuration of floats."""
+        rows: list[list[float]] = []
+        for equation in self.equations:
+            row = equation.loop.linearise(configuration).rows[equation.index]
+            rows.append([float(entry) for entry in coefficients(row, self.unknowns)])
+        self.order = pivot_order(np.array(rows))
 
     def _configuration(self, unknowns: Scalars, parameters: Scalars) -> Configuration:
         """A configuration with only the block's coordinates set."""

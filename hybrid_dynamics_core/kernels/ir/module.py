@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from ..trace import Trace
+from .atan2 import atan2_function
 from .blocks import block_functions
 from .entry import DECLARATIONS, Header, one_entry, path_entry, rows_entry
-from .nodes import atan2_functions
 from .sincos import sincos_functions
 from .states import one_functions, path_function, rows_function, wide_functions
 from .text import declarations
@@ -24,9 +24,9 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
         parts += [line + "\n" for line in declarations(w)]
     functions: list[str] = []
     for w in widths:
-        functions += [*sincos_functions(w), *atan2_functions(w)]
+        functions += [*sincos_functions(w), atan2_function(w)]
     parts += dict.fromkeys(functions)  # without duplicates
-    parts += block_functions(trace)
+    parts += block_functions(trace, widths[-1])
     if form == "one":
         parts += [*one_functions(trace), one_entry(trace, header)]
     elif form == "path":

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 from ..graph import Operand, Symbol
 from ..trace import Trace
+from .atan2 import atan2_name
 from .text import Function, Lanes
 
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
@@ -65,7 +66,7 @@ class Nodes:
         second = self.value(b)
         if op in _ARITHMETIC:
             return self.lanes.arithmetic(_ARITHMETIC[op], first, second)
-        kind, name = self.lanes.kind, _atan2(self.lanes.width)
+        kind, name = self.lanes.kind, atan2_name(self.lanes.width)
         return self.function.let(f"call {kind} {name}({kind} {first}, {kind} {second})")
 
     def _angle(self, angle: str) -> tuple[str, str]:
@@ -77,23 +78,3 @@ class Nodes:
             cosine = f.let(f"extractvalue {pair} {both}, 1")
             self._angles[angle] = sine, cosine
         return self._angles[angle]
-
-
-def _atan2(width: int) -> str:
-    return "@atan2" if width == 1 else f"@atan2.{width}"
-
-
-def atan2_functions(width: int) -> list[str]:
-    """Declare `@atan2` of the C library, and define `@atan2.W`, which calls it for each lane."""
-    if width == 1:
-        return ["declare double @atan2(double, double)\n"]
-    kind = f"<{width} x double>"
-    f = Function(f"define internal {kind} {_atan2(width)}({kind} %y, {kind} %x)")
-    result = "poison"
-    for lane in range(width):
-        y = f.let(f"extractelement {kind} %y, i64 {lane}")
-        x = f.let(f"extractelement {kind} %x, i64 {lane}")
-        angle = f.let(f"call double @atan2(double {y}, double {x})")
-        result = f.let(f"insertelement {kind} {result}, double {angle}, i64 {lane}")
-    f.do(f"ret {kind} {result}")
-    return ["declare double @atan2(double, double)\n", f.text()]

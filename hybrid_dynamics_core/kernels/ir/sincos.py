@@ -130,16 +130,16 @@ def _polynomials(lanes: Lanes, x: str) -> tuple[str, str]:
         return lanes.arithmetic(operation, a, b)
 
     square = do("fmul", x, x)
-    tail = _horner(lanes, _SIN, square)
+    tail = horner(lanes, _SIN, square)
     sine = do("fadd", x, do("fmul", do("fmul", square, x), tail))
     half = do("fmul", square, lanes.constant(0.5))
     leading = do("fsub", lanes.constant(1.0), half)
     rounding = do("fsub", do("fsub", lanes.constant(1.0), leading), half)
-    tail = do("fmul", square, do("fmul", square, _horner(lanes, _COS, square)))
+    tail = do("fmul", square, do("fmul", square, horner(lanes, _COS, square)))
     return sine, do("fadd", leading, do("fadd", rounding, tail))
 
 
-def _horner(lanes: Lanes, coefficients: Sequence[float], x: str) -> str:
+def horner(lanes: Lanes, coefficients: Sequence[float], x: str) -> str:
     """A polynomial of x by Horner's rule; the constant coefficient comes first."""
     value = lanes.constant(coefficients[-1])
     for coefficient in coefficients[-2::-1]:

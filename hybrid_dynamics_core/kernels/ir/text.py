@@ -191,6 +191,42 @@ class Lanes:
         """An ordered comparison: false if a or b is NaN."""
         return self.function.let(f"fcmp {relation} {self.kind} {a}, {b}")
 
+    def larger(self, a: str, b: str) -> str:
+        """The larger value; b if a or b is NaN."""
+        return self.choose(self.compare("ogt", a, b), self.kind, a, b)
+
+    def broadcast(self, value: str) -> str:
+        """A double in every lane."""
+        if self.width == 1:
+            return value
+        f = self.function
+        first = f.let(f"insertelement {self.kind} poison, double {value}, i64 0")
+        lanes = f"<{self.width} x i32> zeroinitializer"
+        return f.let(f"shufflevector {self.kind} {first}, {self.kind} poison, {lanes}")
+
+    def inverted(self, mask: str) -> str:
+        """The lanes in which a mask is not set."""
+        return self.function.let(f"xor {self.mask} {mask}, {self.splat('i1', 'true')}")
+
+    def any(self, mask: str) -> str:
+        """Whether a mask is set in some lane."""
+        if self.width == 1:
+            return mask
+        name = f"@llvm.vector.reduce.or.v{self.width}i1"
+        return self.function.let(f"call i1 {name}({self.mask} {mask})")
+
+    @contextmanager
+    def each_without(self, mask: str) -> Iterator[str]:
+        """The instructions written in its context, for each lane in which a mask is not set."""
+        f = self.function
+        others = self.inverted(mask)
+        with f.when(self.any(others)), f.loop(0, self.width) as lane:
+            bit = others
+            if self.width > 1:
+                bit = f.let(f"extractelement {self.mask} {others}, i64 {lane}")
+            with f.when(bit):
+                yield lane
+
     def choose(self, mask: str, kind: str, yes: str, no: str) -> str:
         """Select `yes` where the mask is set, and `no` elsewhere."""
         return self.function.let(f"select {self.mask} {mask}, {kind} {yes}, {kind} {no}")
@@ -202,11 +238,12 @@ def declarations(width: int) -> list[str]:
     one, two = f"({lanes.kind})", f"({lanes.kind}, {lanes.kind})"
     three = f"({', '.join([lanes.kind] * 3)})"
     functions = [(name, one) for name in ("sqrt", "fabs", "rint", "sin", "cos")]
-    functions += [(name, two) for name in ("minnum", "maxnum")]
+    functions += [(name, two) for name in ("copysign",)]
     functions.append(("fmuladd", three))
     lines = []
     for name, arguments in functions:
         lines.append(f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{arguments}")
     if width > 1:
-        lines.append(f"declare i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask})")
+        mask = f"v{width}i1({lanes.mask})"
+        lines += [f"declare i1 @llvm.vector.reduce.{name}.{mask}" for name in ("and", "or")]
     return lines
