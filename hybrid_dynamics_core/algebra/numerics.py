@@ -120,7 +120,7 @@ def newton_columns(body: Body, guess: Scalars, parameters: Scalars) -> list[Scal
     size = len(guess)
     columns = np.broadcast_arrays(*guess, *parameters)
     x = np.array(columns[:size])
-    constants = np.array(columns[size:])
+    constants = np.array(columns[size:]).reshape(len(parameters), x.shape[1])
     count = np.zeros(x.shape[1])
     converged = np.zeros(x.shape[1], dtype=bool)
     working = np.ones(x.shape[1], dtype=bool)

@@ -26,6 +26,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..closure.constraints.angle_sum import AngleSum
+from ..closure.constraints.ball_cut import Orientation
 from ..closure.constraints.joint_coupling import JointCoupling
 from ..closure.constraints.plane import plane_basis
 from ..closure.plan import ClosurePlan
@@ -61,7 +62,9 @@ def regrouped(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> Tre
     moves = _Moves(tree, plan).all(closures)
     values = np.concatenate([_distribution(body) for body in tree.bodies])
     scale = _scales(tree)
-    values = _without_dust(_with_most_zeros(values / scale, moves / scale), values / scale) * scale
+    order = _order(tree, plan)
+    fewest = _with_most_zeros(values / scale, moves / scale, order)
+    values = _without_dust(fewest, values / scale) * scale
     parts = zip(tree.bodies, np.split(values, len(tree.bodies)), strict=True)
     return replace(tree, bodies=tuple(_with(body, part) for body, part in parts))
 
@@ -197,11 +200,11 @@ class _Moves:
             self._rows.append(row.reshape(-1))
 
 
-def _with_most_zeros(values: Array, moves: Array) -> Array:
+def _with_most_zeros(values: Array, moves: Array, order: Sequence[int]) -> Array:
     """The values plus a sum of moves, with as many zeros as there are independent moves."""
     values = values.copy()
     moves = moves / np.abs(moves).max(axis=1, keepdims=True)
-    for entry in _order(len(values)):
+    for entry in order:
         largest = np.abs(moves).max(axis=1, initial=0.0)
         moves = moves[largest > DEPENDENT]
         if not len(moves):
@@ -225,11 +228,19 @@ def _without_dust(values: Array, described: Array) -> Array:
     return np.where(np.abs(values) < dust, 0.0, values)
 
 
-def _order(size: int) -> list[int]:
-    """Entries in the order in which they become zero: from the tips to the base, masses first."""
+def _order(tree: Tree, plan: ClosurePlan) -> list[int]:
+    """Entries in the order in which they become zero: from the tips to the base, masses first.
+
+    Links behind ball joints that a weld determines come before all others. Without a mass there,
+    efforts do not depend on the angles of these joints.
+    """
+    tips = range(len(tree.bodies) - 1, -1, -1)
+    orientations = [loop for loop in plan.loops if isinstance(loop, Orientation)]
+    names = {body.name for loop in orientations for body in loop.ball.joints}
+    behind_balls = [k for k in tips if tree.bodies[k].name in names]
     entries: list[int] = []
-    for first in range(size - SIZE, -1, -SIZE):
-        entries += range(first, first + SIZE)
+    for body in dict.fromkeys((*behind_balls, *tips)):
+        entries += range(SIZE * body, SIZE * (body + 1))
     return entries
 
 

@@ -4,11 +4,29 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
+from ...algebra.independence import norm
 from ...algebra.scalar import Scalar, Scalars, sqrt
-from ...algebra.vector import Vector, add, cross, dot, matvec, scale, sub, transposed_matvec
+from ...algebra.transform import IDENTITY
+from ...algebra.vector import (
+    Vector,
+    add,
+    constant,
+    cross,
+    dot,
+    matmul,
+    matvec,
+    scale,
+    sub,
+    transpose,
+    transposed_matvec,
+)
+from ...ground.arrays import Array
 from ...mechanism.configuration import Configuration
-from ...mechanism.joint_transform import zero_rotation
+from ...mechanism.joint_transform import through_joint, zero_rotation
 from ...mechanism.tree import Body
+from ..constraints.ball_cut import Orientation
 from ..constraints.equations import Equation
 from ..constraints.leg import Direction, Distance
 from ..constraints.spatial import ChainJoint
@@ -131,22 +149,91 @@ class UniversalJointBlock(BlockSolver):
         after = pivot.after.at(configuration)
         gap = sub(self.direction.target.at(configuration).end, before.end)
         leg = sub(after.end, pivot.centre)
-        # at q1 = 0
-        zero = zero_rotation(pivot.first, configuration)
-        wanted = transposed_matvec(zero, transposed_matvec(before.rotation, gap))
-        axis = pivot.first.axis
-        k1, k2 = self.unknowns
-        height = dot(axis, wanted)
-        c2, s2, margin = _turn_to_height(pivot.second, leg, axis, height, branch)
-        configuration.set_direction(k2, c2, s2, guess[k2])
-        reached = _turned(pivot.second, leg, c2, s2)
-        flat = _across(axis, reached)
-        goal = _across(axis, wanted)
-        squared = dot(goal, goal)
-        c1 = dot(flat, goal) / squared
-        s1 = dot(axis, cross(flat, goal)) / squared
-        configuration.set_direction(k1, c1, s1, guess[k1])
+        wanted = transposed_matvec(before.rotation, gap)
+        joints = (pivot.first, pivot.second)
+        return _point_along(joints, leg, wanted, configuration, branch, guess)
+
+
+class BallJointBlock(BlockSolver):
+    """The three angles of a ball joint from the orientation of its link."""
+
+    modes = SIDES
+    modes_fixed = True
+
+    def __init__(self, orientation: Orientation) -> None:
+        self.orientation = orientation
+        self.equations = tuple(Equation(orientation, k) for k in range(orientation.size))
+        self.unknowns = orientation.ball.coordinates
+
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
+        """R1(q1) R2(q2) R3(q3) = W: the third axis gives q2 and q1; q3 is what remains."""
+        loop = self.orientation
+        first, second, third = loop.ball.joints
+        target = loop.other.at(configuration)
+        of_link = matmul(target.rotation, transpose(loop.chain.rotation))
+        before = loop.ball.before.at(configuration)
+        wanted = matmul(transpose(before.rotation), of_link)
+        axis = third.axis
+        last = matvec(third.rotation, axis)
+        goal = matvec(wanted, axis)
+        joints = (first, second)
+        margin = _point_along(joints, last, goal, configuration, branch, guess)
+        reached = IDENTITY
+        for joint in joints:
+            reached, _ = through_joint(reached, joint, configuration)
+        parent, _ = reached
+        parent = matmul(parent, third.rotation)
+        mark = constant(_some_direction_across(axis))
+        turned = transposed_matvec(parent, matvec(wanted, mark))
+        cosine, sine = dot(mark, turned), dot(axis, cross(mark, turned))
+        k = third.coordinate
+        configuration.set_direction(k, cosine, sine, guess[k])
         return margin
+
+
+def _some_direction_across(axis: Vector) -> Array:
+    """A unit vector (3,) at right angles to a unit axis of floats."""
+    direction = np.array(axis, dtype=float)
+    side = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    across: Array = np.cross(direction, side)
+    return across / norm(across)
+
+
+def _point_along(
+    joints: tuple[Body, Body],
+    leg: Vector,
+    goal: Vector,
+    configuration: Configuration,
+    branch: Scalar,
+    guess: Scalars,
+) -> Scalar:
+    """Turn two joints so that a vector fixed to the second one points along a goal.
+
+    Args:
+        joints: bodies of the joints.
+        leg: the vector, in the frame of the second body.
+        goal: the goal, of the same length, in the frame before the first joint.
+        configuration: receives the angles.
+        branch: sign of the assembly mode.
+        guess: all coordinates nearby [rad, m].
+
+    Returns:
+        The margin.
+    """
+    first, second = joints
+    wanted = transposed_matvec(zero_rotation(first, configuration), goal)
+    axis = first.axis
+    height = dot(axis, wanted)
+    c2, s2, margin = _turn_to_height(second, leg, axis, height, branch)
+    configuration.set_direction(second.coordinate, c2, s2, guess[second.coordinate])
+    reached = _turned(second, leg, c2, s2)
+    flat = _across(axis, reached)
+    flat_goal = _across(axis, wanted)
+    squared = dot(flat_goal, flat_goal)
+    c1 = dot(flat, flat_goal) / squared
+    s1 = dot(axis, cross(flat, flat_goal)) / squared
+    configuration.set_direction(first.coordinate, c1, s1, guess[first.coordinate])
+    return margin
 
 
 def _across(axis: Vector, v: Vector) -> Vector:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from ...description.model import Closure
 from ...mechanism.tree import Tree
 from ..constraints.angle_sum import AngleSum
+from ..constraints.ball_cut import Orientation
 from ..constraints.joint_coupling import JointCoupling
 from ..constraints.leg import Direction, Distance
 from ..constraints.parallelogram import PARALLELOGRAM
@@ -21,7 +22,7 @@ from .block_solver import ONLY, BlockSolver
 from .couplings import CouplingsBlock
 from .dyad import dyad
 from .joint_coupling import JointCouplingBlock
-from .leg_blocks import CrankBlock, StrokeBlock, UniversalJointBlock
+from .leg_blocks import BallJointBlock, CrankBlock, StrokeBlock, UniversalJointBlock
 from .newton import NewtonBlock
 from .three_spheres import ThreeSpheresBlock, slides_only
 
@@ -121,6 +122,15 @@ def _direction(block: EquationBlock, context: Context) -> BlockSolver | None:
     return UniversalJointBlock(loop)
 
 
+def _orientation(block: EquationBlock, context: Context) -> BlockSolver | None:
+    loop = block.equations[0].loop
+    if len(block.equations) != 3 or not isinstance(loop, Orientation):
+        return None
+    if set(block.unknowns) != set(loop.ball.coordinates):
+        return None
+    return BallJointBlock(loop)
+
+
 def _three_spheres(block: EquationBlock, context: Context) -> BlockSolver | None:
     distances = [e.loop for e in block.equations if isinstance(e.loop, Distance)]
     if len(distances) != 3 or len(block.equations) != 3:
@@ -137,5 +147,6 @@ _PATTERNS: tuple[Callable[[EquationBlock, Context], BlockSolver | None], ...] = 
     _couplings,
     _one_distance,
     _direction,
+    _orientation,
     _three_spheres,
 )

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from ...description.model import Closure, RobotDescription
 from ...mechanism.tree import Tree
+from .ball_cut import cut_at_ball
 from .equations import LoopEquations
 from .joint_coupling import JointCoupling
 from .leg import Direction, Distance, find_pivot
@@ -74,15 +75,26 @@ def _as_parallelogram(
 
 
 def _spatial(closure: Closure, chains: Chains, private: frozenset[int]) -> list[LoopEquations]:
-    """The equations of a spatial loop, split if a leg stands on a universal joint."""
-    first, second = chains
+    """The equations of a spatial loop, split at a ball joint or at a leg on a universal joint."""
     if closure.kind == "point":
-        for leg, target in ((first, second), (second, first)):
-            pivot = find_pivot(leg, private)
-            if pivot is not None:
-                distance = Distance(closure.name, pivot, target)
-                return [distance, Direction(closure.name, pivot, leg, target)]
+        return _meeting(closure.name, chains, private)
+    if closure.kind == "frame":
+        cut = cut_at_ball(closure.name, chains, private)
+        if cut is not None:
+            return [*_meeting(closure.name, cut.ends, private), cut.orientation]
+    first, second = chains
     return [SpatialClosure(closure.name, closure.kind, first, second)]
+
+
+def _meeting(name: str, chains: Chains, private: frozenset[int]) -> list[LoopEquations]:
+    """The equations of two ends that meet in a point."""
+    first, second = chains
+    for leg, target in ((first, second), (second, first)):
+        pivot = find_pivot(leg, private)
+        if pivot is not None:
+            distance = Distance(name, pivot, target)
+            return [distance, Direction(name, pivot, leg, target)]
+    return [SpatialClosure(name, "point", first, second)]
 
 
 def _follower(tree: Tree, robot: RobotDescription, name: str) -> JointCoupling:

@@ -65,7 +65,7 @@ def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
             continue
         if not (first.is_revolute and second.is_revolute) or second.chart is not None:
             continue
-        meeting = _meeting_point(first, second)
+        meeting = meeting_point(first, second)
         if meeting is not None:
             in_parent, in_second = meeting
             before = Chain(chain.bodies[:k], in_parent)
@@ -76,7 +76,7 @@ def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
     return None
 
 
-def _meeting_point(first: Body, second: Body) -> tuple[Vector, Vector] | None:
+def meeting_point(first: Body, second: Body) -> tuple[Vector, Vector] | None:
     """Meeting point of two axes, in the frame before the first joint and in the second body's."""
     a = np.array(first.axis)
     b = np.array(second.rotation) @ np.array(second.axis)

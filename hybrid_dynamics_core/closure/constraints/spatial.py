@@ -262,7 +262,7 @@ class SpatialClosure(LoopEquations):
             residual.append(dot(x, y))
             normals.append(cross(x, y))
         if self.kind == "frame":
-            residual += _turn_between(a.rotation, b.rotation)
+            residual += rotation_between(a.rotation, b.rotation)
             normals += IDENTITY3
         jacobian: list[Row] = [{} for _ in residual]
         for sign, state in ((1.0, a), (-1.0, b)):
@@ -322,7 +322,7 @@ class SpatialClosure(LoopEquations):
         return [dot(a[i], b[i]) for i in axes]
 
 
-def _turn_between(a: Rotation, b: Rotation) -> Vector:
+def rotation_between(a: Rotation, b: Rotation) -> Vector:
     """2 tan(angle / 2) times the axis of the rotation from b to a.
 
     At zero its rate is the difference of the angular velocities. It vanishes for the identity only,
