@@ -60,14 +60,19 @@ class Answer:
 
 
 def build(
-    robot: Robot, folder: Path, programs: Sequence[str] | None = None, **options: str
+    robot: Robot,
+    folder: Path,
+    programs: Sequence[str] | None = None,
+    *,
+    fast: bool = False,
+    **options: str,
 ) -> Built:
-    """Write, compile without a warning, and load."""
+    """Write, compile without a warning, and load; fast: compile fast, without optimisation."""
     prefix = identifier(robot.name)
     for name, text in to_c(robot, programs, **options).items():
         (folder / name).write_text(text, encoding="utf-8")
     source = f"{prefix}.c"
-    flags = ("-std=c99", *WARNINGS, "-O1", "-fPIC")
+    flags = ("-std=c99", *WARNINGS, "-O0" if fast else "-O1", "-fPIC")
     run(folder, "gcc", *flags, "-c", source, "-o", "model.o")
     run(folder, "gcc", *flags, "model.o", "test_vectors.c", "-lm", "-o", "test_vectors")
     run(folder, "gcc", "-shared", "model.o", "-lm", "-o", "model.so")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...closed_state.state import ClosedState
-from ...errors import MassSingularityError, StateError
+from ...errors import MassSingularityError
 from ...ground.arrays import Array
 from ...programs import OutcomeKind
 from ...robot.robot import Robot
@@ -16,10 +16,10 @@ from .answers import answers, random_arguments
 from .calls import GUESS
 from .tracer import TracedCall
 
-REACH = 0.1  # [rad or m] about the reference; it is halved where states do not close
+REACH = 0.03  # [rad or m] longest step of the walk; it is halved where states do not close
 REGULAR = 0.02  # least distance to a singularity
 STEP = 1e-3  # [rad or m] longest move from the guess
-ATTEMPTS = 4  # for each state: to find that one does not close may take seconds
+ATTEMPTS = 4  # for each state
 
 
 @dataclass(frozen=True)
@@ -40,24 +40,27 @@ class Vector:
 def random_states(
     robot: Robot, count: int, rng: np.random.Generator
 ) -> Iterator[tuple[Array, ClosedState]]:
-    """Guesses (n_s,), and closed states near them."""
+    """Guesses (n_s,), and closed states near them, on a walk from the reference.
+
+    Each state is followed from the one before. A state far off may be on no assembly mode, and to
+    find that out takes a search.
+    """
     n = len(robot.active)
-    reach = REACH
-    made = 0
+    lower, upper = robot.limits.T
+    reference = robot.close(robot.reference)
+    here, reach, made = reference, REACH, 0
     for _ in range(ATTEMPTS * count):
-        lower = np.maximum(robot.limits[:, 0], robot.reference - reach)
-        upper = np.minimum(robot.limits[:, 1], robot.reference + reach)
-        u = lower + rng.uniform(0.05, 0.95, n) * (upper - lower)
-        near = robot.close(u, check=False)
+        u = here.u + reach * rng.uniform(-1.0, 1.0, n)
+        near = robot.close(np.clip(u, lower, upper), near=here, check=False)
         if near.status or not near.singularity > REGULAR:
-            reach *= 0.5
+            here, reach = reference, 0.5 * reach
             continue
         du = rng.uniform(-1.0, 1.0, n)
-        try:
-            state = robot.close(u + STEP * rng.uniform(-1.0, 1.0, n), du, near=near)
-        except StateError:
+        state = robot.close(near.u + STEP * rng.uniform(-1.0, 1.0, n), du, near=near, check=False)
+        if state.status:
             continue
         yield near.s, state
+        here = near
         made += 1
         if made == count:
             return
