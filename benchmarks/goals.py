@@ -10,6 +10,7 @@ from .measure import Timing
 OURS = "hybrid_dynamics"
 PLAIN = "hybrid_dynamics, no compiler"
 FLOOR = "C by hand, extension module"
+C_EXPORT = "C export, extension module"
 BY_HAND = "Pinocchio, closure by hand"
 NEWTON = "Pinocchio, Newton closure"
 CONSTRAINED = "Pinocchio, constraintDynamics"
@@ -70,6 +71,8 @@ GOALS = (
     Goal("id", "inverse dynamics, new array: Pinocchio, Newton closure", (NEWTON,), faster=500.0),
     Goal("id", "inverse dynamics, new array: C by hand", (FLOOR,), slower=6.0),
     Goal("id_out", "inverse dynamics, `out=`: C by hand", (FLOOR,), slower=4.0),
+    Goal("id_out", "exported C: this library", (OURS,), slower=1.3, side=C_EXPORT),
+    Goal("id_out", "exported C: C by hand", (FLOOR,), slower=2.0, side=C_EXPORT),
     Goal("minimal", "M-bar, C-bar u', G-bar: Pinocchio", (BY_HAND,), faster=10.0),
     Goal("fd", "forward dynamics: the fastest of Pinocchio", (BY_HAND, CONSTRAINED), faster=5.0),
     Goal("close", "closure with rates: Pinocchio, Newton closure", (NEWTON,), faster=300.0),

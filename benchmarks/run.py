@@ -22,7 +22,17 @@ from .chain import chain
 from .measure import Timing, measure
 from .side import WORKS, Side
 
-MODULES = ("ours", "c_extension", "pinocchio", "mujoco", "drake", "casadi", "jax", "plain_numpy")
+MODULES = (
+    "ours",
+    "c_extension",
+    "c_export",
+    "pinocchio",
+    "mujoco",
+    "drake",
+    "casadi",
+    "jax",
+    "plain_numpy",
+)
 BATCH = 100_000
 STAGES = (1, 2, 4, 8, 16)
 

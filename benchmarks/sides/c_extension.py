@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sysconfig
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -79,8 +80,8 @@ def _turning(direction: str, values: dict[str, float]) -> float:
     return sum(values[name] for name, row in ARM_LINKS.items() if row[3] == direction)
 
 
-def compiled() -> ModuleType:
-    """The extension module.
+def extension(name: str, sources: Sequence[Path], flags: Sequence[str]) -> ModuleType:
+    """Compile and load an extension module.
 
     Raises:
         OSError: there is no C compiler, or it fails.
@@ -89,14 +90,14 @@ def compiled() -> ModuleType:
     if command is None:
         raise OSError("no C compiler")
     include = [f"-I{sysconfig.get_path('include')}", f"-I{np.get_include()}"]
-    source = Path(__file__).with_name("floor.c")
-    with tempfile.TemporaryDirectory(prefix="floor") as place:
-        code = Path(place, "floor.o")
-        target = Path(place, f"floor{sysconfig.get_config_var('EXT_SUFFIX')}")
-        _call([command, *FLAGS, *include, "-c", str(source), "-o", str(code)])
+    with tempfile.TemporaryDirectory(prefix=name) as place:
+        objects = [str(Path(place, f"{source.stem}.o")) for source in sources]
+        for source, code in zip(sources, objects, strict=True):
+            _call([command, *flags, *include, "-c", str(source), "-o", code])
+        target = Path(place, f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}")
         # FLAGS here would disable subnormals: fast-math.
-        _call([command, "-shared", str(code), "-o", str(target), "-lm"])
-        return _loaded(target)
+        _call([command, "-shared", *objects, "-o", str(target), "-lm"])
+        return _loaded(name, target)
 
 
 def _call(arguments: list[str]) -> None:
@@ -106,8 +107,8 @@ def _call(arguments: list[str]) -> None:
         raise OSError(f"{shlex.join(arguments)}\n{answer.stderr}")
 
 
-def _loaded(target: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location("floor", target)
+def _loaded(name: str, target: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, target)
     if spec is None or spec.loader is None:
         raise OSError("the extension module cannot be loaded")
     module = importlib.util.module_from_spec(spec)
@@ -117,7 +118,7 @@ def _loaded(target: Path) -> ModuleType:
 
 def sides(robot: Robot) -> list[Side]:
     """The floor, for single calls and batches."""
-    module = compiled()
+    module = extension("floor", [Path(__file__).with_name("floor.c")], FLAGS)
     values = numbers(robot)
     if not all(map(math.isfinite, values)):
         raise ValueError("the robot's numbers are not finite")

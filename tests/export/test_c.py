@@ -6,6 +6,7 @@ import ctypes
 import re
 import shutil
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import InputError, load, shipped_robots
 from hybrid_dynamics_core.export import to_c
 from hybrid_dynamics_core.formats.c.names import comment, identifier, identifiers, literal
+from hybrid_dynamics_core.formats.c.solvers import ANGLE, NEAREST
 from tests.sampling import examples, swept
 
 from .c_builds import WARNINGS, Built, build, needs_compiler, results, run, states
@@ -66,8 +68,31 @@ def test_nothing_is_allocated_or_printed(built, name: str) -> None:
     here = built(name)
     lines = run(here.folder, "nm", "model.o").splitlines()
     needed = {line.split()[-1] for line in lines if " U " in line}
-    assert needed <= {"atan2", "cos", "fabs", "rint", "sin", "sincos", "sqrt"}
+    assert needed <= {"copysign", "cos", "fabs", "rint", "sin", "sincos", "sqrt"}
     assert not [line for line in lines if re.search(r" [bBdDC] (?!.*coordinate_names)", line)]
+
+
+@needs_compiler
+def test_angles_and_turns_are_those_of_the_c_library(tmp_path: Path) -> None:
+    """All signs and orders of size, zeros and what is not finite."""
+    head = "#include <float.h>\n#include <math.h>\n"
+    ends = "double angle_of(double y, double x) { return angle(y, x); }\n"
+    ends += "double nearest_to(double x) { return nearest(x); }\n"
+    (tmp_path / "angle.c").write_text(head + ANGLE + NEAREST + ends, encoding="utf-8")
+    run(tmp_path, "gcc", "-std=c99", *WARNINGS, "-O1", "-fPIC", "-shared", "angle.c", "-o", "it.so")
+    library = ctypes.CDLL(str(tmp_path / "it.so"))
+    for name, count in (("angle_of", 2), ("nearest_to", 1)):
+        getattr(library, name).argtypes = [ctypes.c_double] * count
+        getattr(library, name).restype = ctypes.c_double
+    rng = np.random.default_rng(0)
+    sizes = 10.0 ** rng.uniform(-9.0, 9.0, (4000, 2))
+    points = [*(sizes * rng.choice([-1.0, 1.0], (4000, 2))), *rng.normal(size=(4000, 2))]
+    points += [np.array(pair) for pair in product([0.0, 1.0, -1.0, 1e-300, np.nan], repeat=2)]
+    for y, x in points:
+        wanted = np.arctan2(y, x)
+        got = library.angle_of(y, x)
+        assert got == pytest.approx(wanted, rel=4e-16, abs=0.0, nan_ok=True), (y, x)
+        assert library.nearest_to(x) == pytest.approx(np.rint(x), rel=0.0, abs=0.0, nan_ok=True)
 
 
 @needs_compiler

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,7 +27,8 @@ LEFT_OUT = ("hydraulics", "ik_step", "forward_dynamics_derivatives")
 
 
 @needs_compiler
-@examples(16)
+@pytest.mark.timeout(900)
+@examples(8)
 @given(class_three(), st.sampled_from(["description", "arguments"]))
 def test_random_robots_have_the_numbers_of_the_library(case: Case, loads: str) -> None:
     robot = case.robot

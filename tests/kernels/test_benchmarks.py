@@ -31,7 +31,8 @@ def test_a_quick_report_holds_every_part(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.parametrize(
-    "module", ["c_extension", "pinocchio", "mujoco", "drake", "casadi", "jax", "plain_numpy"]
+    "module",
+    ["c_extension", "c_export", "pinocchio", "mujoco", "drake", "casadi", "jax", "plain_numpy"],
 )
 def test_every_side_that_is_installed_agrees(module: str) -> None:
     notes: list[str] = []

@@ -13,7 +13,7 @@ from ...kernels.emit_python import count_uses
 from ...kernels.graph import Operand, Symbol
 from ...kernels.trace import Trace, body_name, trace_body
 from .parts import Text, in_parts
-from .solvers import ELIMINATE, INVERT, NEWTON
+from .solvers import ELIMINATE, INVERT, NEWTON, SMALL
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _CALLS = {
@@ -21,8 +21,8 @@ _CALLS = {
     "cos": "cos",
     "sqrt": "sqrt",
     "abs": "fabs",
-    "rint": "rint",
-    "atan2": "atan2",
+    "rint": "nearest",
+    "atan2": "angle",
 }
 _LONGEST = 160  # characters of an expression that is used once and stays inside another
 
@@ -65,7 +65,7 @@ class _Body:
         if op in _INFIX:
             return f"({first} {_INFIX[op]} {self._operand(b)})"
         if op == "atan2":
-            return f"atan2({first}, {self._operand(b)})"
+            return f"angle({first}, {self._operand(b)})"
         return f"{_CALLS[op]}({first})"
 
     def _block(self, number: int, output: int) -> str:
@@ -131,7 +131,9 @@ def emit_functions(trace: Trace) -> list[str]:
     last += _outputs(trace, body)
     last.append("return 0;")
     text = Text("int", function_name(trace.name), len(trace.inputs), body.lines, last)
-    return [*_block_functions(trace), *in_parts(text)]
+    functions = [*_block_functions(trace), *in_parts(text)]
+    joined = "".join(functions)
+    return [*(helper for call, helper in SMALL.items() if call in joined), *functions]
 
 
 def _block_functions(trace: Trace) -> list[str]:

@@ -40,7 +40,8 @@ _TOKEN = re.compile(
     r"/\*.*?\*/|\"(?:\\.|[^\"\\])*\""
     r"|(?P<number>\b(?:\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?!\w))"
     r"|(?P<type>\bdouble\b)"
-    r"|(?P<call>\b(?:sin|cos|sqrt|fabs|rint|atan2|fmax)(?=\())",
+    r"|(?P<epsilon>\bDBL_EPSILON\b)"
+    r"|(?P<call>\b(?:sin|cos|sqrt|fabs|rint|copysign|fmax)(?=\())",
     re.DOTALL,
 )
 
@@ -74,6 +75,8 @@ def in_single_precision(text: str) -> str:
 def _single(match: re.Match[str]) -> str:
     if match["type"]:
         return "float"
+    if match["epsilon"]:
+        return "FLT_EPSILON"
     if match["call"]:
         return f"{match['call']}f"
     if match["number"]:

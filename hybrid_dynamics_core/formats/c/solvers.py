@@ -4,6 +4,45 @@ from __future__ import annotations
 
 from ...algebra.numerics import LARGEST_STEP, MAX_ITERATIONS, SMALL_STEP, TINY
 
+ANGLE = """\
+/* atan2(y, x) to the last bits, by the rational function of Cephes: inlined, unlike that of the C
+   library. */
+static double angle(double y, double x)
+{
+    const double ax = fabs(x);
+    const double ay = fabs(y);
+    const double low = (ax < ay) ? ax : ay;
+    const double high = (ax < ay) ? ay : ax;
+    const int near_diagonal = low > 0.66 * high;
+    const double divided = near_diagonal ? low - high : low;
+    const double divisor = near_diagonal ? low + high : high;
+    const double t = divided / ((high > 0.0) ? divisor : 1.0 + high);
+    const double z = t * t;
+    const double p = (((-0.8750608600031904 * z - 16.157537187333652) * z - 75.00855792314705) * z
+        - 122.88666844901361) * z - 64.85021904942025;
+    const double q = ((((z + 24.858464901423062) * z + 165.02700983169885) * z
+        + 432.88106049129027) * z + 485.3903996359137) * z + 194.55065714826139;
+    double a = t + t * (z * p / q);
+    a = near_diagonal ? (a + 3.061616997868383e-17) + 0.7853981633974483 : a;
+    a = (ax < ay) ? 1.5707963267948966 - (a - 6.123233995736766e-17) : a;
+    a = (x < 0.0) ? 3.141592653589793 - (a - 1.2246467991473532e-16) : a;
+    return copysign(a, y);
+}
+"""
+
+NEAREST = """\
+/* rint(x), for numbers of turns: inlined where sums are rounded to double. */
+static double nearest(double x)
+{
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD == 0
+    const double large = 1.5 / DBL_EPSILON;
+    return (x + large) - large;
+#else
+    return rint(x);
+#endif
+}
+"""
+
 ELIMINATE = """\
 /* Gauss and Jordan with pivoting on the rows [A | B] (n, width): B becomes A^-1 B. Returns det A.
    The values of a singular matrix are not finite. */
@@ -111,4 +150,5 @@ def newton_text(small_step: float) -> str:
     return _NEWTON.replace("SMALL_STEP", repr(small_step))
 
 
+SMALL = {"angle(": ANGLE, "nearest(": NEAREST}  # by their calls
 NEWTON = newton_text(SMALL_STEP)

@@ -22,6 +22,7 @@ _HEAD = """\
 /* Generated; see {p}.h. */
 #include "{p}.h"
 
+#include <float.h>
 #include <math.h>
 
 #ifdef __FAST_MATH__
@@ -43,7 +44,7 @@ static int all_finite(const double *x, int n)
 {
     int good = 1;
     for (int k = 0; k < n; ++k) {
-        good = good && (x[k] - x[k] <= 0.0);
+        good &= x[k] - x[k] <= 0.0;
     }
     return good;
 }
