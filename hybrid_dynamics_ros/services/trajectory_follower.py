@@ -19,6 +19,7 @@ from .trajectory_motion import SmoothMotion
 _MOST_HALVINGS: Final = 10  # of an interval between points
 _SHARE_OF_TIME: Final = 1e-6  # precision of the first bad time, as a share of an interval
 _MOST_SURVEYED: Final = 33  # points for an estimate of the largest efforts
+_DOUBLINGS: Final = 2  # of samples that meet a power: it turns up to eight times between points
 _MOST_REFINEMENTS: Final = 5  # refinements at the minimum of a margin
 _LEAST_SHARE_OF_SPAN: Final = 1e-3  # least distance of such samples, as a share of an interval
 _PARABOLA_ERROR: Final = 0.5  # of a parabola, as a share of the range of its margins
@@ -144,6 +145,9 @@ class Follower:
     def _checked(self, samples: list[Sample], span: float) -> list[Sample]:
         """The samples up to the first problem at or between them."""
         dense = samples
+        if self._limits.has_powers:
+            for _ in range(_DOUBLINGS):
+                dense = self._with(dense, _middles(dense))
         for _ in range(_MOST_REFINEMENTS):
             moments = _dips(dense, _LEAST_SHARE_OF_SPAN * span)
             if not moments:
@@ -166,18 +170,30 @@ class Follower:
         bound = int(np.flatnonzero(bad.margins < 0.0)[0])
         end = self._motion.end_after(bad.time)
         times = np.union1d(np.linspace(bad.time, end, _MOST_LOOKED_AHEAD), [moment])
-        worst = bad
-        before = bad
+        ahead = [bad]
         for time in times[times > bad.time].tolist():
-            sample = self.sample(time, before.state)
+            sample = self.sample(time, ahead[-1].state)
             if not sample.margins.size:
                 break
-            before = sample
-            if sample.margins[bound] < worst.margins[bound]:
-                worst = sample
+            ahead.append(sample)
+        worst = self._worst(ahead, bound)
         excess = self._limits.excess(bound, float(worst.margins[bound]))
         text = f"{bad.problem.text}; up to {excess} beyond, at {worst.time:.9g} s"
         return bad._replace(problem=replace(bad.problem, text=text))
+
+    def _worst(self, samples: Sequence[Sample], bound: int) -> Sample:
+        """The sample farthest beyond a bound, or one near by that is farther."""
+        margins = [sample.margins[bound] for sample in samples]
+        k = int(np.argmin(margins))
+        worst = samples[k]
+        triple = samples[k - 1 : k + 2]  # none at the first, fewer at the last
+        if len(triple) < 3:
+            return worst
+        for moment in _lowest([one._replace(margins=one.margins[[bound]]) for one in triple]):
+            sample = self.sample(moment, triple[0].state)
+            if sample.margins.size and sample.margins[bound] < worst.margins[bound]:
+                worst = sample
+        return worst
 
     def _with(self, samples: Sequence[Sample], moments: Sequence[float]) -> list[Sample]:
         """The samples, with further ones at some times, up to the first problem."""
@@ -224,6 +240,11 @@ def _is_linear(samples: Sequence[Sample], allowed: FloatArray) -> bool:
     share = _QUARTERS[:, None]
     line = (1.0 - share) * efforts[0] + share * efforts[-1]
     return bool((np.abs(efforts[1:-1] - line) <= _CAUTION * allowed).all())
+
+
+def _middles(samples: Sequence[Sample]) -> list[float]:
+    """The times [s] in the middle of each two samples."""
+    return [0.5 * (before.time + after.time) for before, after in pairwise(samples)]
 
 
 def _dips(samples: Sequence[Sample], least_step: float) -> list[float]:

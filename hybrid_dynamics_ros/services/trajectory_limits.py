@@ -56,6 +56,11 @@ class MotionLimits:
         self._lower = np.array([*lowest, least])
         self._upper = np.array([*highest, np.inf])
 
+    @property
+    def has_powers(self) -> bool:
+        """Whether the power of a drive is limited."""
+        return bool(self._powers)
+
     def margins(self, state: ClosedState, efforts: FloatArray) -> FloatArray:
         """Margin to each bound (k,), negative beyond it, in the order of `problem`.
 

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import chain
 from zlib import crc32
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
 from hybrid_dynamics_ros.bags.storage.bag_writer import new_bag
 from hybrid_dynamics_ros.bags.storage.compression import zstd
 from hybrid_dynamics_ros.bags.storage.mcap_chunk import ChunkPacker, RecordBlock
+from hybrid_dynamics_ros.bags.storage.pieces import Piece, in_time_order
 from hybrid_dynamics_ros.bags.storage.storage import Topic
 from hybrid_dynamics_ros.messages.cdr import MessageTemplate
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE
 from tests.bags.messages import START, messages_of
+from tests.sampling import examples
 
 
 def blocks(rng, count):
@@ -131,3 +137,21 @@ def write_chunks(path, count):
     with new_bag(path, [Topic(INPUT, JOINT_STATE)]) as out:
         for k in range(count):
             out.write(list(RecordBlock.copies(1, messages_of([(START + k, b"1234")]))))
+
+
+BATCHES = st.lists(st.lists(st.integers(0, 60), max_size=3), min_size=1, max_size=24)
+
+
+@given(st.lists(BATCHES, min_size=1, max_size=4))
+@examples(200)
+def test_pieces_that_overlap_are_read_in_the_order_of_log_times(pieces: list) -> None:
+    made, every = [], []
+    for batches in pieces:
+        times = sorted(chain.from_iterable(batches))
+        cuts = np.cumsum([len(batch) for batch in batches])[:-1]
+        parts = [part.tolist() for part in np.split(np.array(times, dtype=int), cuts)]
+        messages = [("topic", messages_of([(time, b"1234") for time in part])) for part in parts]
+        made.append(Piece((min(times, default=0), max(times, default=0)), partial(iter, messages)))
+        every += times
+    there = [log for _, part in in_time_order(made) for log, _ in part.raw()]
+    assert there == sorted(every)

@@ -78,6 +78,29 @@ def test_files_of_the_mcap_library_are_read(compression, chunked, forging, tmp_p
     assert read(tmp_path / "a.mcap") == (pairs, [])
 
 
+def test_a_file_that_describes_its_topics_in_chunks_alone_is_read(forging, tmp_path):
+    from mcap.writer import IndexType, Writer
+
+    pairs = recorded(forging, 40)
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = Writer(
+            file,
+            chunk_size=2000,
+            index_types=IndexType.NONE,
+            repeat_channels=False,
+            repeat_schemas=False,
+            use_statistics=False,
+            use_summary_offsets=False,
+        )
+        writer.start(profile="ros2")
+        schema = writer.register_schema(JOINT_STATE, "ros2msg", b"")
+        channel = writer.register_channel(INPUT, "cdr", schema)
+        for log_ns, data in pairs:
+            writer.add_message(channel, log_ns, data, log_ns)
+        writer.finish()
+    assert read(tmp_path / "a.mcap") == (pairs, [])
+
+
 def test_split_bags_are_one(forging, tmp_path):
     pairs = recorded(forging, 40)
     for k in range(2):

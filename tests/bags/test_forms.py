@@ -45,6 +45,17 @@ def test_packed_messages_are_read_without_metadata(plugin, forging, tmp_path):
     assert read(path) == (pairs, [])
 
 
+@pytest.mark.parametrize("plugin", PLUGINS)
+def test_messages_that_are_not_packed_though_the_metadata_say_so_are_lost(
+    plugin, forging, tmp_path
+):
+    path = bag(tmp_path / "in", recorded(forging, 3), plugin=plugin)
+    edit(path, "compression_mode: ''", "compression_mode: MESSAGE")
+    messages, losses = read(path)
+    assert messages == []
+    assert sum("cannot be unpacked" in loss for loss in losses) == 3
+
+
 def split(folder, robot, counts, names, plugin=StoragePlugin.MCAP, pause=0):
     """Parts of a recording without metadata, some of them left out; all messages that are there."""
     pairs = recorded(robot, sum(counts))

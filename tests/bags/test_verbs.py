@@ -23,10 +23,17 @@ from hybrid_dynamics_cli.bags.process import pace
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
 from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.ground.progress import Progress
 from hybrid_dynamics_core.identification import noise_limit
 from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.bags.analysis.collect import collect
-from hybrid_dynamics_ros.bags.analysis.figures import _draw_intervals, efforts, margins, sampling
+from hybrid_dynamics_ros.bags.analysis.figures import (
+    _draw_faults,
+    _draw_intervals,
+    efforts,
+    margins,
+    sampling,
+)
 from hybrid_dynamics_ros.bags.analysis.identify import identify_recording
 from hybrid_dynamics_ros.bags.analysis.plotting import widen
 from hybrid_dynamics_ros.bags.analysis.report import accelerations_of, report
@@ -35,11 +42,12 @@ from hybrid_dynamics_ros.bags.analysis.stamp_intervals import StampIntervals
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job, Outcome
-from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
+from hybrid_dynamics_ros.bags.make import START_NS, _sine_sums, simulated, write_trajectory
 from hybrid_dynamics_ros.bags.parallel import attempt, run_jobs
 from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.sample_outliers import SampleOutlier
-from hybrid_dynamics_ros.bags.trajectory_file import read_trajectory
+from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
+from hybrid_dynamics_ros.bags.trajectory_file import Trajectory, read_trajectory
 from hybrid_dynamics_ros.parameters import FILTER_TYPE, KALMAN, NodeSettings
 from tests.bags.calling import output, run
 from tests.bags.messages import bag, joint_state, motion_of, recorded
@@ -540,6 +548,66 @@ def test_a_made_motion_sweeps_nine_tenths_of_each_range(python_kernels):  # noqa
     position = simulated(Robot(parse_description(TWO_BARS)), 20.0, 20.0).position
     middle, half = np.array([0.4, 0.7]), np.array([0.2, 0.9])
     assert np.abs(position - middle).max(axis=0) == pytest.approx(0.9 * half, rel=1e-9)
+
+
+def test_made_motions_have_all_frequencies_of_their_band_and_no_others() -> None:
+    """0.3 to 6 rad/s, of 200 sines; the window leaks into its next neighbours alone."""
+    time = 0.5 * np.arange(4000)
+    waves, _, _ = _sine_sums(np.random.default_rng(0), time, 40)
+    heights = np.abs(np.fft.rfft(waves * np.hanning(len(time))[:, None], axis=0)).max(axis=1)
+    rates = 2.0 * np.pi * np.fft.rfftfreq(len(time), 0.5)
+    tall = rates[heights > 0.01 * heights.max()]
+    assert 0.28 < tall.min() < 0.5
+    assert 5.8 < tall.max() < 6.02
+
+
+@pytest.mark.parametrize("step", [0.1, 3600.0, 86_400.5])
+def test_stamps_of_made_bags_are_exact_after_hours(step: float, tmp_path: Path) -> None:
+    time = step * np.arange(3)
+    motion = Trajectory(("q",), time, np.zeros((3, 1)), None, None)
+    write_trajectory(tmp_path / "made", motion, INPUT, {})
+    with BagReader(tmp_path / "made") as source:
+        stamps = [log for _, messages in source.read() for log, _ in messages.raw()]
+    assert stamps == [START_NS + k * round(step * 1000) * MS for k in range(3)]
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_the_line_of_progress_ends_at_all_messages(keep, forging, tmp_path, monkeypatch) -> None:
+    lines = []
+
+    class Line(Progress):
+        def __init__(self, label, total, shown=None):
+            super().__init__(label, total, shown)
+            lines.append([total])
+
+        def update(self, done):
+            lines[-1].append(done)
+
+    for module in ("process", "analysis.collect"):
+        monkeypatch.setattr(f"hybrid_dynamics_ros.bags.{module}.Progress", Line)
+    recording = bag(tmp_path / "in", recorded(forging, 30))
+    process(Job(recording, tmp_path / "out", ROBOT, keep=keep))
+    collect(recording, ROBOT)
+    assert [(line[0], line[-1]) for line in lines] == [(30, 30), (30, 30)]
+
+
+@pytest.mark.parametrize("is_causal", [False, True])
+def test_rows_of_faults_are_in_view_with_the_same_room_above_and_below(is_causal: bool) -> None:
+    axes = Figure().add_subplot()
+    track = SimpleNamespace(
+        stamps=StampIntervals(0.0, np.full(3, 0.01)),
+        gaps=[],
+        outliers=[],
+        refused=[(0.01, "why")],
+        time=np.array([0.0, 0.03]),
+        is_causal=is_causal,
+    )
+    _draw_faults(axes, track)
+    low, high = axes.get_ylim()
+    heights = axes.get_yticks()
+    assert len(heights) == 3 - is_causal
+    assert min(heights) - low == pytest.approx(high - max(heights))
+    assert 0.0 < high - max(heights) < 1.0
 
 
 @pytest.mark.parametrize(("late", "words"), [(0.0995, "99.5 ms late"), (-0.0995, "99.5 ms early")])

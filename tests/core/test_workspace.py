@@ -11,6 +11,7 @@ import pytest
 from hybrid_dynamics_core import InputError, Robot, SampleStatus, Workspace, load
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kinematics import workspace
+from hybrid_dynamics_core.kinematics.sampling import sampled_ranges
 from hybrid_dynamics_core.kinematics.workspace import find_workspace, margins_at
 
 FILE = (
@@ -157,6 +158,25 @@ def test_wrong_ranges_are_refused(five_bar: Robot, ranges: dict, words: str) -> 
         five_bar.workspace(10, ranges=ranges)
     with pytest.raises(InputError, match="expected a whole number of at least 1"):
         five_bar.workspace(0)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_a_range_may_begin_and_end_at_limits(five_bar: Robot, share: float) -> None:
+    lower, upper = five_bar.limits[0]
+    ends = lower + share * (upper - lower), upper - share * (upper - lower)
+    assert sampled_ranges(five_bar, {"q_L": ends})[0][0].tolist() == list(ends)
+    for end in ends:
+        with pytest.raises(InputError, match="two rising numbers"):
+            sampled_ranges(five_bar, {"q_L": (end, end)})
+
+
+@pytest.mark.parametrize("ends", [(-math.inf, 0.0), (0.0, math.inf), (-math.inf, math.inf)])
+def test_a_range_ends_somewhere_though_the_joint_has_no_limits(
+    forging: Robot, ends: tuple[float, float]
+) -> None:
+    assert np.isinf(forging.limits[0]).all()
+    with pytest.raises(InputError, match="two rising numbers"):
+        sampled_ranges(forging, {forging.active[0]: ends})
 
 
 def test_progress_is_shown_where_it_lasts(five_bar: Robot, monkeypatch, capsys) -> None:

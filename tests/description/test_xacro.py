@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, InputError, load
+from hybrid_dynamics_core.formats.output_files import source_files
 from hybrid_dynamics_core.formats.packages import PackageError, Packages
 from hybrid_dynamics_core.formats.xacro import expand
 from tests.cli.calling import call
@@ -85,6 +86,15 @@ def test_macros_arguments_and_expressions_make_a_robot(robot: Path) -> None:
     assert joint.translation.tolist() == [0.0, 0.0, 0.2]
     files = {Path(file).name for file in given.description.files.values()}
     assert files == {"arm.xacro"}
+
+
+def test_included_files_without_a_link_are_files_of_the_robot_too(tmp_path: Path) -> None:
+    """So none of them is overwritten by what is made of it."""
+    numbers = f'<robot {NAMESPACE}><xacro:property name="k" value="1"/></robot>'
+    (tmp_path / "numbers.xacro").write_text(numbers, encoding="utf-8")
+    robot = load(small(tmp_path, '<xacro:include filename="numbers.xacro"/>'))
+    names = sorted(file.name for file in source_files(robot.description))
+    assert names == ["numbers.xacro", "small.xacro"]
 
 
 def test_every_verb_takes_arguments(robot: Path) -> None:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -16,6 +16,7 @@ from matplotlib.text import Text
 from hybrid_dynamics_core import ClosedState, InputError, Robot
 from hybrid_dynamics_core.drawing import draw, draw_on
 from hybrid_dynamics_core.drawing.paint.labels import Label, Labeller, TextBox
+from hybrid_dynamics_core.drawing.paint.legend import add_legends
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.scene.style import RED
 from tests.sampling import swept
@@ -83,6 +84,19 @@ def test_names_are_shown_as_asked(robot: Robot) -> None:
 
 def test_the_base_is_named_among_the_links(robot: Robot) -> None:
     assert robot.base_frame in labels(drawing_of(robot.name, "all"))
+
+
+@pytest.mark.parametrize("name", ["five_bar", "slider_crank"])
+def test_the_key_begins_and_ends_where_its_room_does(name: str) -> None:
+    figure = Figure(figsize=(4.0, 6.0))
+    machine = robot_of(name)
+    height = add_legends(figure, [make_scene(machine, None)], machine.description)
+    boxes = [legend.get_window_extent() for legend in figure.legends]
+    ends = figure.dpi * np.array([0.05, height])
+    assert [boxes[0].y0, boxes[-1].y1] == pytest.approx(ends, abs=0.5)
+    assert min(box.x0 for box in boxes) == pytest.approx(0.012 * figure.bbox.width, abs=0.5)
+    for below, above in pairwise(boxes):
+        assert below.y1 == pytest.approx(above.y0, abs=0.5)
 
 
 @pytest.mark.parametrize(("name", "which"), [("five_bar", "the"), ("excavator", "each")])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.path import Path
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
@@ -216,6 +217,40 @@ def test_a_body_is_a_plate_with_posts_or_has_faces() -> None:
     pyramid = np.vstack([square[:3], post])
     faces = body_shapes(pyramid, pyramid, 0.05)
     assert [(role, len(corners)) for role, corners in faces] == [("plate", 3)] * 4
+
+
+@pytest.mark.parametrize("count", [4, 5, 6])
+def test_a_plate_has_all_points_of_the_largest_plane_and_posts_lead_to_the_others(
+    count: int,
+) -> None:
+    random = np.random.default_rng(count)
+    flat = random.normal(size=(count, 2)) @ random.normal(size=(2, 3)) + random.normal(size=3)
+    others = random.normal(size=(2, 3))
+    points = random.permutation(np.vstack([flat, others]))
+    (role, plate), *posts = body_shapes(points, points, 0.0)
+    assert role == "plate"
+    assert np.array_equal(np.unique(plate, axis=0), np.unique(flat, axis=0))
+    ends = np.array([ends[-1] for _, ends in posts])
+    assert np.array_equal(np.unique(ends, axis=0), np.unique(others, axis=0))
+
+
+@pytest.mark.parametrize(("begin", "stays"), [(0.95, False), (1.05, False), (1.2, True)])
+def test_an_arrow_changes_sides_where_it_and_its_heads_would_be_on_a_part(
+    begin: float, stays: bool
+) -> None:
+    """A part ahead of an arrow, which begins at a share of its length."""
+    scene = make_scene(robot_of("gantry"), None)
+    for joint in scene.skeleton.joints:
+        if joint.type != "prismatic":
+            continue
+        free = travel_arrow(joint, None, scene.projection, scene.joint_radius, [])
+        start, end = scene.projection.project(free.points[[0, -1]])
+        along = end - start
+        wide = 0.05 * np.array([-along[1], along[0]])
+        near, far = start + begin * along, start + 3.0 * along
+        part = Path([near - wide, far - wide, far + wide, near + wide])
+        arrow = travel_arrow(joint, None, scene.projection, scene.joint_radius, [part])
+        assert np.array_equal(arrow.points, free.points) == stays
 
 
 def test_an_arrow_with_room_on_both_sides_is_to_the_left_of_its_slide() -> None:

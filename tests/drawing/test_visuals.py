@@ -107,6 +107,23 @@ def test_every_sample_shows_the_nearest_triangle(seed: int) -> None:
             assert shown[row, column] == max(hits, key=hits.__getitem__, default=-1)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_outlines_are_where_a_neighbour_is_of_another_paint(seed: int) -> None:
+    """Above, below, to the left or to the right; the background is one too."""
+    random = np.random.default_rng(seed)
+    canvas = surfaces._Canvas(9, 7, 9.0)
+    paints = np.array([0, 0, 1])
+    canvas.paints.append(paints)
+    canvas.normals.append(np.tile([0.0, 0.0, 1.0], (3, 1)))
+    canvas.depths[:] = 0.0
+    triangles = random.choice([-1, 0, 1, 2], p=[0.1, 0.3, 0.4, 0.2], size=canvas.shape)
+    colours = np.pad(np.append(paints, -1)[triangles], 1, mode="edge")
+    inner = colours[1:-1, 1:-1]
+    around = (colours[:-2, 1:-1], colours[2:, 1:-1], colours[1:-1, :-2], colours[1:-1, 2:])
+    expected = np.any([inner != other for other in around], axis=0)
+    assert np.array_equal(canvas._edges(triangles), expected)
+
+
 def test_a_link_is_painted_in_its_colour_where_it_is(tmp_path: Path) -> None:
     robot = arm(tmp_path)
     scene = with_visuals(make_scene(robot, None), robot, None)

@@ -110,6 +110,25 @@ def test_followers_of_several_come_back(form: str, tree: tuple) -> None:
         assert other.offset == pytest.approx(mimic.offset, abs=1e-15)
 
 
+ONE = """
+{format: 1, name: one, active: [a], reference: {a: 0.3}, end_effector: {link: wheel}, links: {
+  base: {}, arm: {mass: 1, com: [0.1, 0, 0]}, wheel: {mass: 1, com: [0, 0.1, 0.1]}}, joints: {
+  a: {type: revolute, parent: base, child: arm, axis: y, limits: [-2, 2]},
+  c: {type: revolute, parent: arm, child: wheel, axis: x, origin: {xyz: [0, 0, 1]},
+    mimic: {joint: a, multiplier: -0.7, offset: 0.4}}}}
+"""
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_follower_of_one_comes_back_with_its_offset(form: str, tmp_path: Path) -> None:
+    machine = Robot(parse_description(ONE))
+    back = load(write(machine, form, tmp_path))
+    for u in (0.3, -1.0):
+        assert back.close([u]).s == pytest.approx(machine.close([u]).s, abs=1e-14)
+    mimic = back.description.mimics["c"]
+    assert (dict(mimic.multipliers), mimic.offset) == ({"a": -0.7}, pytest.approx(0.4, abs=1e-14))
+
+
 @examples(12)
 @given(tree=trees())
 def test_mujoco_holds_the_tendon_where_the_map_does(tree: tuple) -> None:

@@ -34,6 +34,29 @@ def read(folder: Path, text: str) -> Robot:
     return load(path)
 
 
+MESH = """\
+<mujoco>
+  <asset><mesh name="m" file="absent.stl"/></asset>
+  <worldbody>
+    <body name="bob"><joint name="q" axis="0 1 0"/><geom size="0.1" mass="2" pos="1 0 0"/>
+      <geom type="mesh" mesh="m" WORDS/></body>
+  </worldbody>
+  <actuator><motor name="q" joint="q"/></actuator>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("words", ['mass="0"', 'density="0"', 'mass="0" density="9"'])
+def test_a_mesh_without_mass_needs_no_file(words: str, tmp_path: Path) -> None:
+    assert read(tmp_path, MESH.replace("WORDS", words)).description.links["bob"].mass == 2.0
+
+
+@pytest.mark.parametrize("words", ["", 'mass="1"', 'density="9"', 'mass="1" density="0"'])
+def test_a_mesh_with_mass_needs_its_file(words: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match=r"absent\.stl"):
+        read(tmp_path, MESH.replace("WORDS", words))
+
+
 def test_the_words_it_writes_are_enough(tmp_path: Path) -> None:
     machine = read(tmp_path, PENDULUM)
     assert (machine.name, machine.active, machine.description.base) == ("pendulum", ("q",), "world")

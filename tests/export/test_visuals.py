@@ -232,6 +232,8 @@ URDF = {
     '<drake:capsule radius="1" length="2"/>': ("capsule", (1, 2)),
     '<drake:ellipsoid a="1" b="2" c="3"/>': ("ellipsoid", (1, 2, 3)),
     '<mesh filename="m.stl" scale="1 2 -3"/>': ("mesh", (1, 2, -3)),
+    '<mesh filename="m.stl" scale="2 2 2"/>': ("mesh", (2, 2, 2)),
+    '<mesh filename="m.stl"/>': ("mesh", (1, 1, 1)),
 }
 
 

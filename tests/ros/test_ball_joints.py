@@ -8,12 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hybrid_dynamics_core import InputError, Robot, SingularityError
+from hybrid_dynamics_core import InputError, Pose, Robot, SingularityError
 from hybrid_dynamics_ros.messages.joint_samples import OrderedMotion
 from hybrid_dynamics_ros.messages.link_transforms import LinkTransforms
 from hybrid_dynamics_ros.stream.evaluator import MotionEvaluator
-from hybrid_dynamics_ros.stream.floating.first_charts import require_first_charts
-from tests.laws.test_multi_dof import BALL, KNEE, crank_and_rocker, two_links
+from hybrid_dynamics_ros.stream.floating.first_charts import in_first_charts, require_first_charts
+from tests.laws.test_multi_dof import (
+    BALL,
+    FREE,
+    KNEE,
+    crank_and_rocker,
+    floating_robot,
+    two_links,
+)
 from tests.sampling import examples
 
 
@@ -65,3 +72,35 @@ def test_a_reference_without_good_angles_is_refused_and_so_is_such_a_state() -> 
         evaluator(robot)
     with pytest.raises(SingularityError, match="no good angles on topics"):
         require_first_charts(robot, robot.close(robot.reference))
+
+
+@pytest.mark.parametrize("third", [0.4, 0.5 * np.pi])
+@given(first=st.floats(-3.0, 3.0), second=st.floats(-1.5, 1.5), seed=st.integers(0, 99))
+@examples(40)
+def test_angles_and_rates_on_topics_are_those_of_pose_and_twist(
+    third: float, first: float, second: float, seed: int
+) -> None:
+    robot = floating_robot()
+    rng = np.random.default_rng(seed)
+    turn = Rotation.from_euler("XYZ", [first, second, third]).as_matrix()
+    pose, twist = Pose(rng.normal(size=3), turn), rng.normal(size=6)
+    state = robot.close_at_poses({FREE: pose}, {FREE: twist}, du=np.ones(7))
+    for one in (state, robot.recentred(state, leave=0.0)):
+        s, ds = in_first_charts(robot, one)
+        active = [robot.coordinates.index(name) for name in robot.active]
+        back = robot.close(s[active], ds[active])
+        assert robot.joint_pose(back, FREE).rotation == pytest.approx(turn, abs=1e-12)
+        far = 1.0 / np.cos(second)  # condition of the angles there
+        assert robot.joint_twist(back, FREE) == pytest.approx(twist, abs=1e-12 * far**2)
+
+
+def test_at_a_quarter_turn_of_the_second_turn_there_are_no_rates() -> None:
+    robot = floating_robot()
+    turn = Rotation.from_euler("XYZ", [0.3, 0.5 * np.pi, 0.2]).as_matrix()
+    state = robot.close_at_poses({FREE: Pose(np.zeros(3), turn)}, {FREE: np.ones(6)})
+    s, ds = in_first_charts(robot, state)
+    (joint,) = robot.description.freely_turning
+    turns = [robot.coordinates.index(name) for name in joint.turns]
+    assert Rotation.from_euler("XYZ", s[turns]).as_matrix() == pytest.approx(turn, abs=1e-9)
+    assert np.isnan(ds[turns]).all()
+    assert np.isfinite(np.delete(ds, turns)).all()

@@ -18,6 +18,7 @@ from scipy.interpolate import BPoly
 
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.trajectory_conversion import Conversion, convert
 from hybrid_dynamics_ros.services.trajectory_fit import completed
@@ -227,6 +228,53 @@ def test_a_limit_that_is_passed_only_between_two_points_is_told() -> None:
     assert converted.bad_point == 1
     assert 0.9 < converted.bad_time < 1.0
     assert convert(limited(robot, name, limits=(-np.inf, peak + 1e-6)), trajectory).problem is None
+
+
+SLIDE = """
+{format: 1, name: slide, links: {base: {}, car: {mass: 2}}, active: [q], end_effector: {link: car},
+ joints: {q: {type: prismatic, parent: base, child: car, axis: x, limits: [-9, 9]}}}
+"""
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_power_that_turns_several_times_between_two_points_is_met(seed: int) -> None:
+    """Of a mass on a slide: mass times acceleration times velocity."""
+    robot = Robot(parse_description(SLIDE))
+    trajectory = gentle(robot, np.zeros(1), seed)
+    moments = np.linspace(trajectory.time[0], trajectory.time[-1], 2001)
+    _, rate, acceleration = drawn(trajectory, moments)
+    power = 2.0 * np.abs(rate * acceleration)[:, 0]
+    limit = float(np.random.default_rng(seed).uniform(0.4, 0.9) * power.max())
+    converted = convert(limited(robot, "q", power_limit=limit), trajectory)
+    assert converted.problem is not None
+    require_first(converted.bad_time, power, limit, moments)
+
+
+@examples(40)
+@given(st.floats(0.1, 0.9), st.floats(-0.4, 0.4), st.sampled_from([1e-5, 1e-4, 3e-3]))
+def test_a_peak_anywhere_between_two_points_is_met(peak: float, lean: float, share: float) -> None:
+    """A cubic of a second, whose top is beyond the limit by a share of its rise."""
+    robot = load("five_bar")
+    name, rise = robot.active[0], 0.05
+    cubic = np.polynomial.Polynomial([0.0, 0.0, -rise, -rise * lean])(
+        np.polynomial.Polynomial([-peak, 1.0])
+    )
+    time = np.array([0.0, 1.0])
+    position = np.tile(robot.reference, (2, 1))
+    velocity, acceleration = np.zeros_like(position), np.zeros_like(position)
+    position[:, 0] += rise + cubic(time)
+    velocity[:, 0] = cubic.deriv()(time)
+    acceleration[:, 0] = cubic.deriv(2)(time)
+    trajectory = SampledTrajectory(robot.active, time, position, velocity, acceleration)
+    top = float(robot.reference[0] + rise)
+    assert convert(limited(robot, name, limits=(-np.inf, top + 1e-9)), trajectory).problem is None
+    limit = top - share * rise
+    converted = convert(limited(robot, name, limits=(-np.inf, limit)), trajectory)
+    assert converted.problem is not None
+    assert converted.bad_point == 1
+    assert converted.bad_time < peak
+    assert top + cubic(converted.bad_time) == pytest.approx(limit, abs=1e-7)
+    assert excess_of(converted.problem.text)[0] == pytest.approx(top - limit, rel=0.1)
 
 
 def test_the_drive_that_is_too_weak_is_named_with_what_it_needs() -> None:

@@ -40,6 +40,9 @@ class TestRecord:
         slope = np.gradient(motion.du[:20], motion.t[:20], axis=0, edge_order=2)
         assert slope[1:-1] == pytest.approx(motion.ddu[1:19], abs=0.05)
 
+    def test_samples_on_one_assembly_mode_have_one_set_of_signs(self, motion: Simulation) -> None:
+        assert motion.state.signs.shape == motion.state.rows(0).signs.shape
+
     def test_saved_and_loaded(self, motion: Simulation, tmp_path: Path) -> None:
         path = tmp_path / "fall.npz"
         motion.save(path)

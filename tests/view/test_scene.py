@@ -119,10 +119,18 @@ def test_rods_slide_in_their_barrels(robot: Robot) -> None:
         assert abs(after - before) == pytest.approx(
             abs(state.s[k] - home.s[k]), abs=FLOAT * shape.size
         )
-        rotation, origin = shape.poses(state)[span.links[1]]
-        turned, start, length = span_pose(span, shape.poses(state))
-        end = rotation @ span.points[1] + origin
-        assert start + length * turned[:, 2] == pytest.approx(end, abs=FLOAT * shape.size)
+
+
+def test_rods_and_thin_lines_reach_from_link_to_link(robot: Robot) -> None:
+    shape = robot_shape(robot, robot.close(robot.reference))
+    poses = shape.poses(moved(robot.name))
+    for span in shape.spans:
+        turned, start, length = span_pose(span, poses)
+        ends = start, start + length * turned[:, 2]
+        for link, point, end in zip(span.links, span.points, ends, strict=True):
+            rotation, origin = poses[link]
+            assert end == pytest.approx(rotation @ point + origin, abs=FLOAT * shape.size)
+        assert turned @ turned.T == pytest.approx(np.eye(3), abs=1e-12)
 
 
 def test_meshes_are_closed_and_turned_outward(any_robot: Robot) -> None:

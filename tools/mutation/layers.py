@@ -14,6 +14,7 @@ TESTS = {
     "hybrid_dynamics_core/dynamics": ("tests/dynamics", "tests/laws", "tests/agreement"),
     "hybrid_dynamics_core/export": ("tests/export",),
     "hybrid_dynamics_core/formats": ("tests/export", "tests/description"),
+    "hybrid_dynamics_core/ground/progress": ("tests/simulation/test_simulate.py",),
     "hybrid_dynamics_core/identification": ("tests/identification",),
     "hybrid_dynamics_core/kernels": ("tests/kernels",),
     "hybrid_dynamics_core/kernels/differentiate": ("tests/core/test_differentiate.py",),

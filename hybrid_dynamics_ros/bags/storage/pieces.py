@@ -51,24 +51,18 @@ def in_time_order(pieces: Sequence[Piece]) -> Iterator[tuple[str, Messages]]:
     waiting: dict[str, list[Messages]] = {}
     for piece, border in zip_longest(ordered, borders):
         for topic, messages in piece.read():
+            if not len(messages):
+                continue
             parts = waiting.setdefault(topic, [])
             parts.append(messages)
-            is_alone = len(parts) == 1 and _is_before(messages, border)
+            last = int(messages.log_ns[-1])
+            # up to here the topic is complete, while its piece has further messages
+            until = last + 1 if border is None else min(last + 1, border)
+            is_alone = len(parts) == 1 and last < until
             if is_alone or len(parts) > _MAX_WAITING:
-                yield from _ready(waiting, topic, _until(messages, border))
+                yield from _ready(waiting, topic, until)
         for topic in list(waiting):
             yield from _ready(waiting, topic, border)
-
-
-def _is_before(messages: Messages, border: int | None) -> bool:
-    return border is None or not len(messages) or bool(messages.log_ns[-1] < border)
-
-
-def _until(messages: Messages, border: int | None) -> int | None:
-    """Time [ns] up to which a topic is complete, while its piece has further messages."""
-    if _is_before(messages, border):
-        return int(messages.log_ns[-1]) + 1 if len(messages) else border
-    return border
 
 
 def _ready(
