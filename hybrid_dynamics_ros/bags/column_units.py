@@ -17,6 +17,7 @@ _NAME: Final = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]+)[\])]")  # name and unit i
 _FACTOR: Final = re.compile(r"([A-Za-z]+|1)\^?([123])?")
 _POWERS: Final = {"²": "2", "³": "3", "°": "deg", "µ": "u", "·": " "}
 _RATES: Final = {"velocity": "/s", "rate": "/s", "acceleration": "/s^2"}
+_PRESSURES: Final = {"cap_pressure": "Pa", "rod_pressure": "Pa"}
 
 Columns = dict[str, FloatArray]
 
@@ -53,8 +54,9 @@ def _unit_of(name: str, robot: Robot) -> str:
         return coordinate_unit(robot.joint_types[name])
     if joint not in robot.joint_types:
         return ""
-    if part == "effort":
-        return effort_unit(robot.joint_types[joint])
+    forces = {"effort": effort_unit(robot.joint_types[joint]), **_PRESSURES}
+    if part in forces:
+        return forces[part]
     if part in _RATES:
         return coordinate_unit(robot.joint_types[joint], _RATES[part])
     return ""

@@ -12,8 +12,9 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_lsq_spline
 from scipy.signal import savgol_filter
+
+from hybrid_dynamics_core.estimation.splines import spline_derivatives
 
 from ..messages.joint_samples import FloatArray
 from ..stream.evaluator import MotionEvaluator
@@ -21,7 +22,6 @@ from ..stream.filter.rate_estimator import RateRows
 from .sample_outliers import SampleOutlier, find_outliers
 from .samples import Samples, slices
 
-_SPLINE_DEGREE: Final = 5  # gives cubic accelerations from positions
 _SAVGOL_DEGREE: Final = 4
 _LEAST: Final = 12  # least number of samples of a run with rates
 _JITTER: Final = 1e-3  # largest deviation of stamps from an even grid, as a share of its step
@@ -100,7 +100,7 @@ def _smooth(
     """Set velocities and accelerations of the rows of a run."""
     stamps = samples.stamp_ns[rows]
     time = (stamps - stamps[0]) * 1e-9
-    derivatives = _spline if method == "spline" else _savgol
+    derivatives = spline_derivatives if method == "spline" else _savgol
     is_measured = _measured(samples, rows)
     for joints, of_samples, orders in (
         (np.flatnonzero(is_measured), samples.velocity, (0, 1)),
@@ -174,45 +174,13 @@ def _is_same_kind(is_measured: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(~is_change | (is_brief[1:] & is_brief[:-1]))
 
 
-def _spline(
-    time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]
-) -> tuple[FloatArray, ...]:
-    """Derivatives of a least-squares spline.
-
-    The distance of knots is a quarter of the bandwidth's period, but at least three samples.
-
-    Args:
-        time: (N,) [s], ascending.
-        values: (N, n) velocities or positions.
-        bandwidth: [Hz].
-        orders: orders of the two derivatives; 0 is the smoothed value.
-    """
-    first, last = time[0], time[-1]
-    interval = float(np.median(np.diff(time)))
-    spacing = max(1.0 / (4.0 * bandwidth), 3.0 * interval)
-    intervals = max(int((last - first) / spacing), 1)
-    inner = np.linspace(first, last, intervals + 1)[1:-1]
-    edges = np.concatenate([[first], inner, [last]])
-    counts, _ = np.histogram(time, edges)
-    # a knot next to an interval with at most one sample would be undetermined
-    inner = inner[(counts[:-1] > 1) & (counts[1:] > 1)]
-    ends = np.ones(_SPLINE_DEGREE + 1)
-    knots = np.concatenate([first * ends, inner, last * ends])
-    spline = make_lsq_spline(time, values, knots, k=_SPLINE_DEGREE)
-    derivatives = []
-    for order in orders:
-        curve = spline.derivative(order) if order else spline
-        derivatives.append(np.asarray(curve(time)))
-    return tuple(derivatives)
-
-
 def _savgol(
     time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]
 ) -> tuple[FloatArray, ...]:
     """Derivatives by a Savitzky-Golay filter on an even grid of times.
 
     If stamps jitter, values are interpolated to the grid, and derivatives back to the stamps.
-    Arguments are those of `_spline`.
+    Arguments are those of `spline_derivatives`.
     """
     median = float(np.median(np.diff(time)))
     count = max(round((time[-1] - time[0]) / median) + 1, _LEAST)

@@ -99,8 +99,8 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
         BagError: a column is missing, a value is no number, or an active joint's name has an
             unknown suffix.
     """
-    _require_trajectory(path)
-    columns, unused_arrays = _read_columns(path, robot)
+    require_trajectory(path)
+    columns, unused_arrays = read_columns(path, robot)
     columns = in_si_units(path, columns, robot)
     _add_resting(columns, robot)
     time_name = _time_column(path, columns, robot)
@@ -139,7 +139,7 @@ def _add_resting(columns: Columns, robot: Robot) -> None:
                 columns.setdefault(f"{joint}{suffix}", np.zeros_like(columns[motor]))
 
 
-def _require_trajectory(path: Path) -> None:
+def require_trajectory(path: Path) -> None:
     """Check that a path may be a trajectory; raises BagCallError."""
     if path.suffix == ".npz" and path.is_file():
         return
@@ -147,7 +147,7 @@ def _require_trajectory(path: Path) -> None:
         raise wrong_kind(path, TRAJECTORY)
 
 
-def _read_columns(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
+def read_columns(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
     """Columns by name, and names of other arrays; raises BagError."""
     try:
         if path.suffix == ".npz":

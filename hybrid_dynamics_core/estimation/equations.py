@@ -1,0 +1,211 @@
+"""Equations of weighing: measured efforts less those of the model, linear in what is unknown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics.load_pattern import INERTIAL
+from ..dynamics.loads import Loads
+from ..ground.arrays import Array
+from .run import MeasuredRun, Rows
+from .tolerances import Tolerances
+from .unknowns import (
+    LOAD,
+    LoadFrame,
+    Unknowns,
+    friction_deviations,
+    link_deviations,
+    parameters_of,
+)
+
+LENGTH = 0.5  # [s] of a block
+LEAST_BLOCKS = 12
+MOST_BLOCKS = 240
+LEAST_RATE = 1e-6  # [rad/s or m/s] of a joint at rest
+RESTING = 0.5  # mean share of friction that is at rest, above which a joint rests
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Means of the equations over short stretches of time.
+
+    Attributes:
+        matrix: (B, k, p).
+        target: (B, k).
+        at_rest: (B, k) share of Coulomb friction that a joint at rest leaves open.
+        samples: (B,) number of samples.
+        start: (B,) first sample of each block.
+    """
+
+    matrix: Array
+    target: Array
+    at_rest: Array
+    samples: Array
+    start: Array
+
+    def means(self, values: Array) -> Array:
+        """Means (B, ...) of values (N, ...) of the samples."""
+        return _means(values, self.start.astype(np.intp), self.samples.astype(np.intp))
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Equations of the samples of a run: target = matrix @ unknowns + noise.
+
+    Attributes:
+        matrix: (N, k, p).
+        target: (N, k) measured efforts less those of the model [N m, N].
+        required: (N, k) efforts of the model without load.
+        at_rest: (N, k) 1 for a joint at rest, 0 for one whose friction acts in full.
+        coulomb: (k,) Coulomb friction that may hold each joint at rest.
+    """
+
+    matrix: Array
+    target: Array
+    required: Array
+    at_rest: Array
+
+    def blocks(self, time: Array | None) -> Blocks:
+        """Means over blocks; each sample is a block where there is no time."""
+        count = len(self.target)
+        start: Rows = np.arange(count)
+        if time is not None:
+            start = _starts(time)
+        samples = np.diff(np.append(start, count))
+        return Blocks(
+            _means(self.matrix, start, samples),
+            _means(self.target, start, samples),
+            _means(self.at_rest, start, samples),
+            samples.astype(np.float64),
+            start.astype(np.float64),
+        )
+
+
+def _starts(time: Array) -> Rows:
+    """First sample of each block."""
+    duration = float(time[-1] - time[0])
+    length = min(max(LENGTH, duration / MOST_BLOCKS), duration / LEAST_BLOCKS)
+    number = np.floor((time - time[0]) / length)
+    return np.asarray(np.unique(number, return_index=True)[1])
+
+
+def _means(values: Array, start: Rows, samples: Rows) -> Array:
+    sums = np.add.reduceat(values, start, axis=0)
+    shape = (len(samples),) + (1,) * (values.ndim - 1)
+    return np.asarray(sums / samples.reshape(shape))
+
+
+class Modelling:
+    """Makes the equations of runs of one robot with one set of unknowns."""
+
+    def __init__(self, run: MeasuredRun, loads: Loads, frame: str, limits: Tolerances) -> None:
+        robot = run.robot
+        self.robot = robot
+        self.loads = loads
+        self.limits = limits
+        self.drives = run.drives
+        self.frame = LoadFrame(robot.description, frame)
+        self.parameters = parameters_of(robot, run.drives)
+        self.values = self.parameters.values(robot.description, loads.effects)
+
+    def unknowns(self, runs: list[MeasuredRun], load: Array) -> Unknowns:
+        """The unknowns, with deviations from the size of efforts and rates.
+
+        Args:
+            runs: all runs.
+            load: (10,) deviations of the load's parameters.
+        """
+        efforts = np.concatenate([run.efforts for run in runs])
+        indices = [self.robot.coordinates.index(name) for name in self.drives]
+        rates = np.concatenate([run.state.ds[:, indices] for run in runs])
+        effort = np.sqrt(np.mean(efforts**2, axis=0))
+        rate = np.sqrt(np.mean(rates**2, axis=0))
+        sizes = np.stack([effort, np.maximum(rate, LEAST_RATE)], axis=1)
+        links = link_deviations(self.parameters, self.values, self.limits.links)
+        friction = friction_deviations(self.robot, self.parameters, sizes, self.drives, self.limits)
+        offsets = self.limits.offset * effort
+        scales = np.full(len(self.drives), self.limits.scale)
+        names = [*LOAD, *self.parameters.names]
+        names += [f"{name}.offset" for name in self.drives]
+        names += [f"{name}.scale" for name in self.drives]
+        parts = (load, links, friction, offsets, scales)
+        return Unknowns(tuple(names), np.concatenate(parts))
+
+    def holding_friction(self, unknowns: Unknowns) -> Array:
+        """Coulomb friction (k,) that may hold each drive at rest."""
+        held = []
+        names = self.parameters.names
+        for drive in self.drives:
+            name = f"{drive}.coulomb"
+            value = float(self.values[names.index(name)])
+            deviation = float(unknowns.deviation[INERTIAL + names.index(name)])
+            held.append(value + deviation)
+        return np.array(held)
+
+    def equations(self, run: MeasuredRun, *, loaded: bool) -> Equations:
+        """The equations of a run.
+
+        Args:
+            run: the run.
+            loaded: whether the tool carries the load.
+        """
+        to_drives = self._to_drives(run)
+        regressor = self.robot.regressor(run.state, run.ddu, self.parameters, self.loads)
+        along = to_drives @ regressor
+        required = self.robot.inverse_dynamics(run.state, run.ddu, self.loads)
+        model = (to_drives @ required[..., None])[..., 0]
+        k = len(self.drives)
+        shape = (len(model), k, INERTIAL)
+        load = np.zeros(shape)
+        if loaded:
+            first = INERTIAL * self.parameters.links.index(self.frame.link)
+            load = along[..., first : first + INERTIAL] @ self.frame.to_link
+        ones = np.broadcast_to(np.eye(k), (len(model), k, k))
+        scales = ones * run.efforts[:, :, None]
+        matrix = np.concatenate([load, along, ones, scales], axis=2)
+        return Equations(matrix, run.efforts - model, model, self._standstill(run))
+
+    def _to_drives(self, run: MeasuredRun) -> Array:
+        """(N, k, n) from tau to the efforts of the drives."""
+        robot = self.robot
+        determining = [*robot.drives, *robot.idle]
+        rows = [robot.coordinates.index(name) for name in determining]
+        transposed = np.swapaxes(run.state.R[:, rows], -1, -2)
+        inverse = np.linalg.inv(transposed)
+        chosen = [determining.index(name) for name in self.drives]
+        return np.asarray(inverse[:, chosen])
+
+    def _standstill(self, run: MeasuredRun) -> Array:
+        """Share (N, k) of Coulomb friction that rates leave open."""
+        indices = [self.robot.coordinates.index(name) for name in self.drives]
+        rates = run.state.ds[:, indices]
+        smoothing = self.loads.effects.smoothing[indices]
+        return np.asarray(1.0 - np.abs(rates) / np.hypot(rates, smoothing))
+
+
+def standstill_columns(blocks: Blocks, friction: Array) -> tuple[Array, Array]:
+    """An unknown friction for each stretch of time in which a drive rests.
+
+    Args:
+        blocks: blocks of a run.
+        friction: (k,) largest friction of each drive at rest.
+
+    Returns:
+        Columns (B, k, r), and their deviations (r,).
+    """
+    count, k = blocks.at_rest.shape
+    columns: list[Array] = []
+    deviations: list[float] = []
+    for drive in range(k):
+        rests = blocks.at_rest[:, drive] > RESTING
+        change = np.flatnonzero(np.diff(np.concatenate([[0], rests.astype(int), [0]])))
+        for start, end in change.reshape(-1, 2).tolist():
+            column = np.zeros((count, k))
+            column[start:end, drive] = blocks.at_rest[start:end, drive]
+            columns.append(column)
+            deviations.append(float(friction[drive]) / np.sqrt(3.0))
+    if not columns:
+        return np.zeros((count, k, 0)), np.zeros(0)
+    return np.stack(columns, axis=2), np.array(deviations)

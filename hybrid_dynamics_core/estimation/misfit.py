@@ -1,0 +1,121 @@
+"""Efforts that no load explains: another unit, exchanged chambers, a wrong machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain, combinations
+
+import numpy as np
+
+from ..ground.arrays import Array
+from .equations import Blocks, Equations
+from .fit import System, solved
+from .run import MeasuredRun
+from .sensors import SensorError
+from .unknowns import Unknowns
+
+FAINT = 2e-3  # measured over required efforts, below which the unit is another
+BETTER = 0.25  # of the squares, at which exchanged chambers fit better
+COARSE = 0.02  # noise of this comparison, as a share of the efforts
+UNITS = {1e-5: "bar", 1e-6: "MPa", 1e-3: "kPa or kN"}
+GOOD_FIT = 0.2  # of the squares that this noise would leave
+BAD = 0.1  # of a drive's efforts: more than this is left by no load
+
+
+def check_fit(
+    runs: Sequence[MeasuredRun],
+    equations: Sequence[Equations],
+    blocks: Sequence[Blocks],
+    unknowns: Unknowns,
+) -> None:
+    """Raise SensorError for efforts in another unit, or exchanged chambers.
+
+    Args:
+        runs: runs with measured efforts; the first one may carry the load.
+        equations: those of the runs.
+        blocks: their means.
+        unknowns: the unknowns.
+    """
+    for run, equation, means in zip(runs, equations, blocks, strict=True):
+        _check_units(run, equation)
+        _check_chambers(run, means, unknowns)
+
+
+def _check_units(run: MeasuredRun, equation: Equations) -> None:
+    measured = np.sqrt(np.mean(run.efforts**2, axis=0))
+    required = np.sqrt(np.mean(equation.required**2, axis=0))
+    for name, effort, needed in zip(run.drives, measured.tolist(), required.tolist(), strict=True):
+        if name not in run.robot.cylinders or effort > FAINT * needed:
+            continue
+        ratio = max(effort / max(needed, 1e-300), 1e-300)
+        factors = list(UNITS)
+        nearest = min(factors, key=lambda factor: abs(np.log10(ratio / factor)))
+        raise SensorError(
+            f"{name}: its pressures or effort give {effort:.3g} N, where the model without load"
+            f" needs {needed:.3g} N; they seem to be in {UNITS[nearest]}: name the unit, as"
+            f" `{name}.cap_pressure [bar]`"
+        )
+
+
+def _check_chambers(run: MeasuredRun, blocks: Blocks, unknowns: Unknowns) -> None:
+    """Raise SensorError if efforts fit better with exchanged chambers."""
+    names = [name for name in run.drives if name in run.exchanged]
+    size = np.sqrt(np.mean(run.efforts**2, axis=0))
+    noise = COARSE * np.maximum(size, 1e-3 * size.max()) + 1e-12
+    changes = {}
+    for name in names:
+        k = run.drives.index(name)
+        changes[name] = blocks.means(run.exchanged[name] - run.efforts[:, k])
+
+    def cost(exchanged: tuple[str, ...]) -> float:
+        target = blocks.target.copy()
+        for name in exchanged:
+            target[:, run.drives.index(name)] += changes[name]
+        return solved(_system(blocks.matrix, target, unknowns, noise), noise).cost
+
+    as_given = cost(())
+    if as_given < blocks.target.size * GOOD_FIT:
+        return
+    counts = range(1, len(names) + 1)
+    chosen = chain.from_iterable(combinations(names, count) for count in counts)
+    costs = {names: cost(names) for names in chosen}
+    best = min(costs, key=lambda names: costs[names], default=())
+    if best and costs[best] < BETTER * as_given:
+        listed = ", ".join(best)
+        raise SensorError(
+            f"{listed}: the pressures fit the machine with cap and rod side exchanged, and not as"
+            " they are given; exchange the columns cap_pressure and rod_pressure"
+        )
+
+
+def _system(matrix: Array, target: Array, unknowns: Unknowns, noise: Array) -> System:
+    mean = np.zeros(len(unknowns.deviation))
+    run = np.zeros(len(target))
+    return System(matrix, target, mean, unknowns.deviation, noise, run)
+
+
+def check_result(
+    run: MeasuredRun, noise: Array, mass: float, deviation: float, limit: float
+) -> None:
+    """Raise SensorError if the fit leaves too much, or the mass is below zero.
+
+    Args:
+        run: the run with the load.
+        noise: (k,) what the fit leaves of each effort.
+        mass: [kg].
+        deviation: its standard deviation [kg].
+        limit: deviations below zero that are no chance.
+    """
+    size = np.sqrt(np.mean(run.efforts**2, axis=0))
+    worst = int(np.argmax(noise / np.maximum(size, 1e-2 * size.max())))
+    if noise[worst] > BAD * max(size[worst], 1e-2 * size.max()):
+        raise SensorError(
+            f"{run.drives[worst]}: no load explains its efforts: {noise[worst]:.3g} of"
+            f" {size[worst]:.3g} are left; is a sensor stuck, or is this another machine than"
+            f" {run.robot.name}?"
+        )
+    if mass < -limit * deviation:
+        raise SensorError(
+            f"the efforts give a load of {mass:.4g} kg, below zero: the tool is lighter than in the"
+            " description, or a sensor is off; a run of the empty tool shows by how much"
+        )

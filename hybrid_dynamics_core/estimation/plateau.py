@@ -1,0 +1,100 @@
+"""The part of a run in which a load stays the same."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..dynamics.load_pattern import INERTIAL
+from ..ground.arrays import Array
+from .fit import System, fitted, solved
+
+Mask = NDArray[np.bool_]
+TOLERANCE = 0.015  # of a drive's mean effort: standard deviation of a block with the same load
+WIDE = 3.0  # deviations within which a block carries the same load
+SHARE = 0.9  # of the blocks, above which all carry it
+SEED = 4  # blocks that a search starts from
+STRIDE = 2  # blocks from one start to the next
+ROUNDS = 4  # fits of one search
+GAP = 2  # blocks that may be left out within a load
+
+
+def loaded_blocks(system: System, count: int, size: Array) -> Mask:
+    """Blocks that carry the greatest load that stays the same, and all of the empty run.
+
+    The search starts at short stretches. Each grows by the blocks that fit its load.
+
+    Args:
+        system: all blocks; the first `count` are those of the run with the load.
+        count: number of its blocks.
+        size: (k,) mean effort of each drive.
+
+    Returns:
+        Mask (B,).
+    """
+    rows = np.ones(len(system.target), dtype=bool)
+    if count < 2 * SEED:
+        return rows
+    part = _without_offsets(system, count)
+    noise = np.maximum(TOLERANCE * size, system.floor)
+    best = np.zeros(count, dtype=bool)
+    greatest = -np.inf
+    for start in range(0, count - SEED + 1, STRIDE):
+        members, mass = _grown(part, noise, start)
+        least = float(system.deviation[0]) * 1e-4
+        weight = members.sum() * max(mass, least)
+        if members.sum() >= SEED and weight > greatest:
+            greatest, best = weight, members
+    if best.any() and best.mean() < SHARE:
+        rows[:count] = best
+    return rows
+
+
+def _grown(part: System, noise: Array, start: int) -> tuple[Mask, float]:
+    """Blocks that carry the load of a short stretch, and its mass [kg]."""
+    count = len(part.target)
+    members = np.zeros(count, dtype=bool)
+    members[start : start + SEED] = True
+    middle = start + SEED // 2
+    values = solved(part.only(members), noise).values
+    for _ in range(ROUNDS):
+        residual = part.target - part.matrix @ values
+        is_near: Mask = np.asarray((np.abs(residual) < WIDE * noise).all(axis=1))
+        grown = _around(is_near, middle)
+        if not grown.any():
+            return grown, 0.0
+        values = solved(part.only(grown), noise).values
+        if np.array_equal(grown, members):
+            break
+        members = grown
+    return members, float(values[0])
+
+
+def _around(mask: Mask, middle: int) -> Mask:
+    """The stretch about a block, in which only short gaps are left out."""
+    result = np.zeros_like(mask)
+    for step in (-1, 1):
+        gap = 0
+        k = middle
+        while 0 <= k < len(mask) and gap <= GAP:
+            result[k] = mask[k]
+            gap = 0 if mask[k] else gap + 1
+            k += step
+    return result
+
+
+def _without_offsets(system: System, count: int) -> System:
+    """The blocks of the first run, less what an empty run shows that the model is off by."""
+    first = np.zeros(len(system.target), dtype=bool)
+    first[:count] = True
+    part = system.only(first)
+    if first.all():
+        return part
+    fit = fitted(system.only(~first))
+    shown = fit.values.copy()
+    shown[:INERTIAL] = 0.0
+    deviation = np.minimum(part.deviation, np.sqrt(np.diagonal(fit.covariance)))
+    deviation[:INERTIAL] = part.deviation[:INERTIAL]
+    return replace(part, target=part.target - part.matrix @ shown, deviation=deviation)
