@@ -8,6 +8,16 @@ from functools import cache
 from typing import Any
 
 OLDEST = (0, 45)  # the first with LLVM 20, whose syntax the emitters write
+PYTHON_FUNCTIONS = (
+    "PyLong_FromLongLong",
+    "PyEval_SaveThread",
+    "PyEval_RestoreThread",
+    "PyObject_Vectorcall",
+    "PyTuple_New",
+    "PyTuple_SetItem",
+    "Py_IncRef",
+    "Py_DecRef",
+)
 
 
 @cache
@@ -24,7 +34,7 @@ def binding() -> Any:
     llvm.initialize_native_asmprinter()
     for name in ("sin", "cos", "rint"):
         llvm.add_symbol(name, _address(_c_library(), name))
-    for name in ("PyLong_FromLongLong", "PyEval_SaveThread", "PyEval_RestoreThread"):
+    for name in PYTHON_FUNCTIONS:
         llvm.add_symbol(name, _address(ctypes.pythonapi, name))
     return llvm
 
@@ -93,4 +103,9 @@ class LoadedCode:
         self._engine = llvm.create_mcjit_compiler(empty, _machine(1))
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
-        self.address: int = self._engine.get_function_address("call")
+        self.address = self.address_of("call")
+
+    def address_of(self, name: str) -> int:
+        """The address of a function; zero if there is none of this name."""
+        address: int = self._engine.get_function_address(name)
+        return address

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
-from . import artifact, generated, native
+from . import artifact, extension, generated, native
 from .backend import Artifact, Backend
 from .compile_notice import NOTICE
 from .ir.module import Form
@@ -84,6 +84,19 @@ class Kernel:
     def one(self) -> Callable[..., int]:
         """The function of one state: inputs (size,), then outputs to fill; returns a status."""
         return self._load("one")
+
+    def caller(
+        self, held: Sequence[Array | None], fallback: Callable[..., Any]
+    ) -> Callable[..., Any]:
+        """A function of some inputs of one state, in compiled code where it can be.
+
+        Args:
+            held: vectors of all inputs, None for those that the caller gives.
+            fallback: takes all calls that the code does not, or all without compiled code.
+        """
+        if self.backend != native.NAME:
+            return fallback
+        return extension.held_caller(self.one, held, fallback)
 
     @lazy
     def rows(self) -> Callable[..., int]:

@@ -79,7 +79,13 @@ class CompiledCall:
             reference=reference,
             start_type=WarmStart,
         )
-        return make_caller(signature, self._kernels.loaders(), self._call_thoroughly)
+        call = make_caller(signature, self._kernels.loaders(), self._call_thoroughly)
+        kernel, names = self._kernels.at_guess, self._names
+        values = dict(self._constants)
+        if self._closure.is_followed:
+            kernel, names = self._kernels.from_start, self._kernels.names_from_start
+            values["start"], values["start_map"] = reference
+        return kernel.caller([values.get(name) for name in names], call)
 
     @lazy
     def _layout(self) -> tuple[tuple[str, tuple[int, ...]], ...]:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import gc
+import inspect
+import sys
+import tracemalloc
 from dataclasses import replace
 from typing import Any
 
@@ -151,6 +155,65 @@ def test_out_is_filled_and_given_back(machine: Robot) -> None:
     rows = np.full((5, 4), 7.0)
     assert kernels.inverse_dynamics(np.tile(U, (5, 1)), DU, DDU, out=rows) is rows
     assert rows == pytest.approx(np.tile(out, (5, 1)), rel=1e-13)
+
+
+def test_every_way_to_give_the_arguments(machine: Robot) -> None:
+    """Compiled code takes the plain ways, and hands on all others."""
+    call = machine.kernels.inverse_dynamics
+    expected = call([*U], [*DU], [*DDU])
+    out = np.empty(4)
+    last = {"out": out}
+    assert all(
+        np.array_equal(tau, expected)
+        for tau in (
+            call(U, DU, DDU),
+            call(U, DU, DDU, None),
+            call(U, DU, ddu=DDU),
+            call(u=U, du=DU, ddu=DDU, out=None),
+            call(U, DU, DDU, check=False),
+            call(U, DU, DDU, gravity=machine.loads.gravity),
+            call(U, DU, DDU, threads=1, **last),
+        )
+    )
+    for one in (call(U, DU, DDU, out), call(U, DU, DDU, **last)):
+        assert one is out
+        assert np.array_equal(one, expected)
+    names = list(inspect.signature(call).parameters)
+    assert names[:7] == ["u", "du", "ddu", "out", "check", "threads", "start"]
+    for wrong in ({"output": out}, {"ddu": DDU}):
+        with pytest.raises(TypeError, match=next(iter(wrong))):
+            call(U, DU, DDU, **wrong)
+    with pytest.raises(TypeError, match="ddu"):
+        call(U, DU)
+    with pytest.raises(TypeError, match="positional"):
+        call(U, DU, DDU, out, True)
+
+
+def test_results_of_compiled_calls_are_let_go(machine: Robot) -> None:
+    """Each result has one owner, those of refused calls have none."""
+    tau, out = machine.kernels.inverse_dynamics(U, DU, DDU), np.empty(4)
+    parts = machine.kernels.minimal_form(U, DU)
+    plain = np.empty(4)
+    assert sys.getrefcount(tau) == sys.getrefcount(plain)
+    part = parts[0]
+    assert sys.getrefcount(part) == sys.getrefcount(plain) + 1
+    before = sys.getrefcount(out)
+    for _ in range(3):
+        machine.kernels.inverse_dynamics(U, DU, DDU, out=out)
+    assert sys.getrefcount(out) == before
+    tracemalloc.start()
+    for _ in range(50):
+        with pytest.raises(ClosureError):
+            machine.kernels.minimal_form(OUT_OF_REACH, DU)
+    gc.collect()
+    grown = [tracemalloc.get_traced_memory()[0]]
+    for _ in range(50):
+        with pytest.raises(ClosureError):
+            machine.kernels.minimal_form(OUT_OF_REACH, DU)
+    gc.collect()
+    grown.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert grown[1] - grown[0] < 50 * 4 * 4 * 8
 
 
 def test_out_may_be_an_input(machine: Robot) -> None:

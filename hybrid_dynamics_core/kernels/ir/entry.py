@@ -66,15 +66,24 @@ declare void @PyEval_RestoreThread(ptr)
 """
 
 
+PARAMETERS = "ptr %self, ptr %args, i64 %count"
+
+
 class Entry:
     """Writer of a function that checks its arguments in order; `finish` ends it."""
 
-    def __init__(self, name: str, arguments: int, header: Header) -> None:
-        self.f = Function(f"define ptr @{name}(ptr %self, ptr %args, i64 %count)")
+    def __init__(self, name: str, header: Header, parameters: str = PARAMETERS) -> None:
+        self.f = Function(f"define ptr @{name}({parameters})")
         self.header = header
         self.not_taken = self.f.label()
         self.addresses = self.field("%self", header.data)
-        self.require(f"icmp eq i64 %count, {arguments}")
+
+    @classmethod
+    def counted(cls, name: str, arguments: int, header: Header) -> Entry:
+        """The writer of a function with a number of arguments."""
+        entry = cls(name, header)
+        entry.require(f"icmp eq i64 %count, {arguments}")
+        return entry
 
     def field(self, thing: str, offset: int, kind: str = "ptr") -> str:
         """The value at an offset [bytes] after a pointer."""
@@ -93,7 +102,7 @@ class Entry:
         f.branch(holds, on, self.not_taken)
         f.begin(on)
 
-    def argument(self, number: int, kind: Address, writable: bool) -> str:
+    def argument(self, number: int | str, kind: Address, writable: bool) -> str:
         """Argument `number`, checked for its type; its shape is checked later."""
         f, header = self.f, self.header
         place = f.at("%args", number, kind="ptr")
@@ -111,9 +120,13 @@ class Entry:
         self.require(f"icmp eq ptr {actual}, {expected}", f"icmp eq i32 {bits}, {flags}")
         return thing
 
-    def array(self, number: int, shape: list[int | str], writable: bool) -> str:
+    def array(self, number: int | str, shape: list[int | str], writable: bool) -> str:
         """The data of argument `number`, an array of doubles of a shape."""
         thing = self.argument(number, Address.FLOAT64, writable)
+        return self.data(thing, shape)
+
+    def data(self, thing: str, shape: list[int | str]) -> str:
+        """The data of an array, checked for its shape."""
         self._require_rank(thing, len(shape))
         if shape:
             lengths = self._lengths(thing, len(shape))
@@ -203,7 +216,7 @@ class Entry:
 def one_entry(trace: Trace, header: Header) -> str:
     """`call(a0, ..., o0, ...)` for one state: inputs (size,), and outputs to fill."""
     count = len(trace.inputs)
-    entry = Entry("call", count + len(trace.layout), header)
+    entry = Entry.counted("call", count + len(trace.layout), header)
     inputs = []
     for k, size in enumerate(trace.inputs):
         inputs.append(entry.array(k, [size], writable=False))
@@ -225,7 +238,7 @@ def path_entry(trace: Trace, header: Header) -> str:
     are filled up to the first row without an answer; the answer is 0.
     """
     inputs, outs = len(trace.inputs), len(trace.layout)
-    entry = Entry("call", inputs + outs + 1, header)
+    entry = Entry.counted("call", inputs + outs + 1, header)
     f = entry.f
     status = entry.argument(inputs + outs, Address.INT64, writable=True)
     (n,) = entry.shape(status, 1)
@@ -251,7 +264,7 @@ def rows_entry(trace: Trace, header: Header) -> str:
     filled. The result is 0.
     """
     inputs, outs = len(trace.inputs), len(trace.layout)
-    entry = Entry("call", inputs + outs + 1, header)
+    entry = Entry.counted("call", inputs + outs + 1, header)
     f = entry.f
     status = entry.argument(inputs + outs, Address.INT64, writable=True)
     (n,) = entry.shape(status, 1)

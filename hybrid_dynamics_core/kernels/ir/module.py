@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 from ..trace import Trace
+from . import entry
 from .atan2 import atan2_function
 from .blocks import block_functions
-from .entry import DECLARATIONS, Header, one_entry, path_entry, rows_entry
+from .entry import Header, one_entry, path_entry, rows_entry
+from .held_entry import DECLARATIONS, held_entry
 from .sincos import sincos_functions
 from .states import one_functions, path_function, rows_function, wide_functions
 from .text import declarations
@@ -19,7 +21,7 @@ Form = Literal["one", "rows", "path"]
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     """LLVM IR with the function `call` of a form; rows are computed in vectors of `width`."""
     widths = [1, width] if form == "rows" and width > 1 else [1]
-    parts = [DECLARATIONS]
+    parts = [entry.DECLARATIONS, DECLARATIONS]
     for w in widths:
         parts += [line + "\n" for line in declarations(w)]
     functions: list[str] = []
@@ -29,6 +31,7 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     parts += block_functions(trace, widths[-1])
     if form == "one":
         parts += [*one_functions(trace), one_entry(trace, header)]
+        parts += [held_entry(trace, header)]
     elif form == "path":
         parts += [*one_functions(trace), path_function(trace), path_entry(trace, header)]
     else:

@@ -49,7 +49,7 @@ def one_functions(trace: Trace) -> list[str]:
     parameters = _parameters(trace)
     parts = Parts(trace, 1, "one", parameters, fetch_input(trace))
     arguments = ", ".join(parameters + _outs(trace))
-    f = Function(f"define internal i64 @one({arguments}) alwaysinline")
+    f = Function(f"define internal i64 @one({arguments}) noinline")
     nodes = parts.nodes(Lanes(f, 1), call_block)
     inputs = [f.load(f"%a{v}", k) for v, k in _read(trace)]
     status = _status(nodes, inputs)

@@ -28,7 +28,7 @@ def compiled(steps: Steps) -> Callable[..., int]:
 
 def _entry_text(steps: Steps) -> str:
     """The entry function `call` for Python, which checks the arrays."""
-    entry = Entry("call", len(_NAMES), extension.header())
+    entry = Entry.counted("call", len(_NAMES), extension.header())
     rows, _, joints = entry.lengths(_NAMES.index("samples"), 3)
     shapes: dict[str, list[int | str]] = {
         "intervals": [rows],
