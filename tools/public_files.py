@@ -163,34 +163,44 @@ def tried_in_pinocchio(file: Path, most: int) -> list[str]:
 def mujoco_model(file: Path) -> tuple[Any, str]:
     """The compiled model, without pictures and meshes where these are not there."""
     reason = ""
-    for strip in (False, True):
+    for strip in (kept, without_pictures, without_files):
         try:
             spec = mujoco.MjSpec.from_file(str(file))
             spec.compiler.LRopt.mode = 0
             spec.compiler.fusestatic = False
-            if strip:
-                stripped(spec)
+            strip(spec)
             return spec.compile(), ""
         except (ValueError, RuntimeError) as error:
             reason = " ".join(str(error).split())
     return None, reason
 
 
-def stripped(spec: Any) -> None:
-    """Take out all that comes from files."""
-    from_files = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD)
-    for geom in list(spec.geoms):
+def kept(spec: Any) -> None:
+    """Leave all as it is."""
+
+
+def without_pictures(spec: Any) -> None:
+    """Take out pictures. Meshes stay, since bodies may have their masses."""
+    for geom in spec.geoms:
         geom.material = ""
-        if geom.meshname or geom.type in from_files:
-            spec.delete(geom)
-    for kind in ("sensors", "pairs", "excludes", "skins", "meshes", "hfields", "materials"):
-        for element in list(getattr(spec, kind)):
-            spec.delete(element)
-    for texture in list(spec.textures):
-        spec.delete(texture)
-    for kind in ("sites", "tendons"):
+    for kind in ("sites", "tendons", "skins"):
         for element in getattr(spec, kind):
             element.material = ""
+    for kind in ("materials", "textures"):
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
+
+
+def without_files(spec: Any) -> None:
+    """Take out all that comes from files."""
+    without_pictures(spec)
+    from_files = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD)
+    for geom in list(spec.geoms):
+        if geom.meshname or geom.type in from_files:
+            spec.delete(geom)
+    for kind in ("sensors", "pairs", "excludes", "skins", "meshes", "hfields"):
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
 
 
 def difference(robot: Any, model: Any, seed: int) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -180,3 +181,21 @@ def test_without_trimesh_the_reason_says_what_to_install(
 ) -> None:
     monkeypatch.setattr(meshes, "find_spec", lambda _: None)
     assert str(result_of(write_mesh(tmp_path / "m.stl"))).endswith("pip install trimesh pycollada")
+
+
+def test_without_pycollada_a_dae_says_what_to_install_and_others_are_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    collada = pytest.importorskip("collada")
+    installed = Path(collada.__file__).parent.parent
+    packages = tmp_path / "packages"
+    packages.mkdir()
+    for entry in installed.iterdir():
+        if "collada" not in entry.name:
+            (packages / entry.name).symlink_to(entry)
+    paths = [str(packages) if Path(path) == installed else path for path in sys.path]
+    monkeypatch.setattr(sys, "path", paths)
+    dae, stl = (write_mesh(tmp_path / f"m.{suffix}") for suffix in ("dae", "stl"))
+    results = read_meshes([dae, stl])
+    assert "pip install pycollada" in str(results[dae])
+    assert not isinstance(results[stl], MeshError)

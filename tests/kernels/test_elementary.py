@@ -183,6 +183,19 @@ def test_newton_converges_or_says_that_it_did_not(backend: str) -> None:
             assert count < 0
 
 
+def root_of_two(x: Any, _: Any) -> list[Any]:
+    """x^2 - 2 and its derivative, without a parameter."""
+    return [x[0] * x[0] - 2.0, 2.0 * x[0]]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_newton_needs_no_parameters(backend: str) -> None:
+    kernel = Kernel(lambda g: Results({"x": newton(root_of_two, list(g), [])}, []), [1], backend)
+    guesses = np.array([[1.0], [3.0], [-1.0]])
+    results = run_both(kernel, guesses)
+    assert results["x"][:, 0] == pytest.approx(np.sqrt(2.0) * np.array([1.0, 1.0, -1.0]))
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_blocks_inside_what_newton_iterates(backend: str) -> None:
     """The body may itself invert a matrix: residuals A(x)^-1 b - c for a matrix of size 4."""

@@ -53,8 +53,8 @@ def plane_basis(tree: Tree, bodies: Sequence[int], ancestor: int) -> Array:
     normals = [axis.axis for axis in axes if axis.is_revolute]
     if not normals:
         raise ValueError("it has no revolute joint")
-    outside = [_outside(axes, normal) for normal in normals]
-    if outside[0]:
+    if not all(axis.moves_in_plane(normals[0]) for axis in axes):
+        outside = _outside(axes, normals)
         _require_one_direction(axes, outside)
         raise ValueError(_not_planar(axes, normals, outside))
     normal = normals[0]
@@ -79,9 +79,15 @@ def _some_axis_across(normal: Array) -> Array:
     return across / norm(across)
 
 
-def _outside(axes: Sequence[_JointAxis], normal: Array) -> list[str]:
-    """Joints that do not move in the plane of this normal."""
-    return [axis.joint for axis in axes if not axis.moves_in_plane(normal)]
+def _outside(axes: Sequence[_JointAxis], normals: Sequence[Array]) -> list[list[str]]:
+    """Joints that do not move in the plane of each normal."""
+    directions = np.array([axis.axis for axis in axes])
+    across = np.array(normals)[:, None]
+    turning = np.linalg.norm(np.cross(across, directions), axis=-1)
+    sliding = np.abs((across * directions).sum(axis=-1))
+    tilts = np.where([axis.is_revolute for axis in axes], turning, sliding)
+    names = np.array([axis.joint for axis in axes], dtype=object)
+    return [names[row].tolist() for row in tilts > PARALLEL]
 
 
 def _require_one_direction(axes: Sequence[_JointAxis], outside: Sequence[Sequence[str]]) -> None:
