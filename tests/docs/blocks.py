@@ -9,7 +9,7 @@ tree.
 * ```console: lines after `$ ` are run; what the page shows must be what they print, in the same
   order.
 * ```yaml: a robot is written to a file and loaded.
-* ```yaml, ```xml and ```c after a comment `<!-- file: NAME -->`: written to that file.
+* ```yaml, ```xml, ```c and ```cpp after a comment `<!-- file: NAME -->`: written to that file.
 
 A comment before a block says what else: `<!-- not run: REASON -->`; `<!-- needs LIBRARY -->`, run
 where there is that library; `<!-- beside the node -->`, which tests/ros/test_page_blocks.py runs
@@ -42,7 +42,7 @@ FENCE = re.compile(
     r"^(?:<!-- (?P<mark>[^\n]*?) -->\n+)?```(?P<language>\w+)\n(?P<text>.*?)^```$",
     re.DOTALL | re.MULTILINE,
 )
-RUN = {"python", "bash", "c", "console", "yaml", "xml"}
+RUN = {"python", "bash", "c", "cpp", "console", "yaml", "xml"}
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 PROGRAM = "hybrid-dynamics"
 COMMAND_LINES = re.compile(rf"({PROGRAM} [^\n|<>&;$`\\]*\n?)+")
@@ -223,7 +223,7 @@ class Session:
         assert block.mark.startswith("file: "), f"{block.where}: not marked with what it is"
         self._write(block.mark.removeprefix("file: "), block.text)
 
-    _c = _xml
+    _c = _cpp = _xml
 
     def _write(self, name: str, text: str) -> None:
         (self.folder / name).write_text(text, encoding="utf-8")

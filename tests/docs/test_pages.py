@@ -57,7 +57,7 @@ CHECKED = (
 RUN_ALONE = [page for page in PAGES if page not in CHECKED and any(blocks_of(page))]
 LONG = (  # some seconds of commands
     "docs/bags.md",
-    "docs/c_code.md",
+    "docs/in_your_controller.md",
     "docs/install.md",
     "docs/own_robot.md",
     "docs/papers.md",

@@ -16,6 +16,7 @@ from ...errors import DescriptionError, InputError
 from ...ground.file_options import FileOptions
 from ...ground.suggestions import suggestion
 from ...ground.wording import one_line
+from ...ground.worker_limits import OUT_OF_TIME, environment
 from ..packages import PackageError, Packages
 from ..xml.located_xml import MAX_DEPTH, MAX_ELEMENTS, LocatedElement
 
@@ -25,7 +26,6 @@ _MAX_FILES = 500  # included by one file
 _MAX_TEXT = 20_000_000  # [characters] of all included files, and of the result
 _MAX_COMPUTING = 4  # [s] limit of processor time
 _MAX_SECONDS = 60.0  # [s] timeout of the process
-_OUT_OF_TIME = -24  # SIGXCPU
 
 
 _INSTALLED = "; where a package has it only once it is built and installed, set AMENT_PREFIX_PATH"
@@ -106,7 +106,7 @@ class _Expander:
         with subprocess.Popen(  # noqa: S603 - this Python, on a file of this package
             command,
             cwd=self.packages.folder,
-            env={},
+            env=environment(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -207,13 +207,13 @@ def _send(pipe: IO[str], message: dict[str, Any]) -> bool:
     try:
         pipe.write(json.dumps(message) + "\n")
         pipe.flush()
-    except BrokenPipeError:
+    except OSError:
         return False
     return True
 
 
 def _ended(code: int) -> str:
     """The reason why a worker gave no result."""
-    if code == _OUT_OF_TIME:
+    if code == OUT_OF_TIME:
         return f"takes too long to expand: more than {_MAX_COMPUTING} s of computing"
     return f"cannot be expanded: xacro ended with {code}, out of memory or time"

@@ -14,8 +14,9 @@ import builtins
 import io
 import json
 import os
-import resource
+import runpy
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 from xml.dom import expatbuilder, minidom
@@ -239,8 +240,8 @@ def guard(seconds: int) -> None:
     for name, function in replaced.items():
         setattr(arguments_module, f"_eval_{name}", function)
     arguments_module._eval = evaluate_substitution  # noqa: SLF001
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+    limits["limit"]("AS", _MEMORY)
+    limits["limit"]("CPU", seconds, seconds + 1)
     sys.addaudithook(refuse)
 
 
@@ -284,6 +285,7 @@ def expanded(file: str, given: dict[str, str]) -> dict[str, Any]:
     return result
 
 
+limits = runpy.run_path(str(Path(__file__).parents[2] / "ground" / "worker_limits.py"))
 request = json.loads(sys.stdin.readline())
 sys.path[:] = request["path"]
 import xacro  # noqa: E402 - found by the parent's path

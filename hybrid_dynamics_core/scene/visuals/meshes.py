@@ -20,6 +20,7 @@ from ...description.model import Colour
 from ...formats.mesh_files import MAX_BYTES, reason_against
 from ...ground.arrays import Array
 from ...ground.regular_files import read_regular
+from ...ground.worker_limits import OUT_OF_TIME, environment
 from .primitives import Faces
 
 MAX_SUM: Final = 200_000_000  # [bytes] all meshes of a robot
@@ -29,7 +30,6 @@ _MAX_WAIT: Final = 60.0  # [s] timeout of the process
 _MAX_BROKEN: Final = 3  # number of crashes after which no more meshes are read
 _WORKER: Final = Path(__file__).with_name("worker.py")
 _ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-_OUT_OF_TIME: Final = -24  # SIGXCPU
 _MAX_CACHED: Final = 500  # largest number of cached meshes
 _DOCTYPE: Final = (b"<!DOCTYPE", b"<!ENTITY")
 _ARCHIVES: Final = (
@@ -213,7 +213,7 @@ class _Process:
         self.process = subprocess.Popen(  # noqa: S603 - this Python, on a file of this package
             command,
             cwd="/",
-            env=_ENVIRONMENT,
+            env=environment(_ENVIRONMENT),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -223,7 +223,7 @@ class _Process:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with contextlib.suppress(BrokenPipeError):
+        with contextlib.suppress(OSError):
             _pipe(self.process.stdin).close()
         self.process.kill()
         self.process.wait()
@@ -281,7 +281,7 @@ class _Process:
     def send(self, *parts: bytes) -> None:
         """Write to the process. If it has ended, reading the answer will fail."""
         pipe = _pipe(self.process.stdin)
-        with contextlib.suppress(BrokenPipeError):
+        with contextlib.suppress(OSError):
             for part in parts:
                 pipe.write(part)
             pipe.flush()
@@ -292,7 +292,7 @@ class _Process:
             code = self.process.wait(timeout=5.0)
         except subprocess.TimeoutExpired:
             code = 0
-        if code == _OUT_OF_TIME:
+        if code == OUT_OF_TIME:
             return _EndedError(f"takes more than {MAX_SECONDS} s of computing")
         return _EndedError(f"its process ended with {code}, out of memory or time")
 

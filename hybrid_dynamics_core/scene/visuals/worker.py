@@ -14,8 +14,9 @@ import io
 import json
 import os
 import re
-import resource
+import runpy
 import sys
+from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
@@ -107,9 +108,7 @@ def serve(source: Any, target: Any) -> None:
         if not line:
             return
         request = json.loads(line)
-        usage = resource.getrusage(resource.RUSAGE_SELF)
-        seconds = int(usage.ru_utime + usage.ru_stime) + 1 + request["seconds"]
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
+        limits["limit_computing"](request["seconds"])
         reply, arrays = answer(request, source)
         target.write(json.dumps(reply).encode() + b"\n")
         for array in arrays:
@@ -117,6 +116,7 @@ def serve(source: Any, target: Any) -> None:
         target.flush()
 
 
+limits = runpy.run_path(str(Path(__file__).parents[2] / "ground" / "worker_limits.py"))
 start = json.loads(sys.stdin.buffer.readline())
 sys.path[:] = start["path"]
 import numpy  # noqa: E402 - found by the parent's path
@@ -127,9 +127,6 @@ os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # discards what libraries print
 for sample_kind, sample in _SAMPLES.items():
     with contextlib.suppress(Exception):  # a missing library is reported by its request
         parts_of(sample, sample_kind, {})
-resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
-resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
-resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+limits["close_off"](_MEMORY)
 serve(sys.stdin.buffer, answers)
 os._exit(0)

@@ -14,12 +14,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
+from ....ground.worker_limits import IDLE, OUT_OF_TIME, environment
+
 _WORKER = Path(__file__).with_name("worker.py")
 _MAX_SECONDS = 60.0  # [s] timeout of an answer
 _PATIENCE = 5  # [s] an idle process ends itself after this time
 _MAX_ANSWERS = 200  # per process, since its memory only grows
-_OUT_OF_TIME = -24  # SIGXCPU
-_BEFORE_IT_WAS_ASKED = (-14, -15, -9)  # its own SIGALRM; SIGTERM or SIGKILL from outside
+_BEFORE_IT_WAS_ASKED = (-14, IDLE, -15, -9)  # its own alarm; SIGTERM or SIGKILL from outside
 _ENVIRONMENT = {"MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 Answer = dict[str, Any]
@@ -40,7 +41,7 @@ class Worker:
         self.process = subprocess.Popen(  # noqa: S603 - this Python, on a file of this package
             command,
             cwd="/",
-            env=_ENVIRONMENT,
+            env=environment(_ENVIRONMENT),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -69,7 +70,7 @@ class Worker:
     def send(self, *parts: bytes) -> None:
         """Write to the process; if it has ended, there will be no answer."""
         pipe = _pipe(self.process.stdin)
-        with contextlib.suppress(BrokenPipeError):
+        with contextlib.suppress(OSError):
             for part in parts:
                 pipe.write(part)
             pipe.flush()
@@ -77,7 +78,7 @@ class Worker:
     def close(self) -> int:
         """End the process and return its exit code."""
         for pipe in (self.process.stdin, self.process.stdout):
-            with contextlib.suppress(BrokenPipeError):
+            with contextlib.suppress(OSError):
                 _pipe(pipe).close()
         try:
             return self.process.wait(timeout=1.0)
@@ -149,6 +150,6 @@ def _pipe(pipe: IO[bytes] | None) -> IO[bytes]:
 
 def _ended(code: int, seconds: int) -> str:
     """The reason why a process gave no answer."""
-    if code == _OUT_OF_TIME:
+    if code == OUT_OF_TIME:
         return f"takes more than {seconds} s of computing"
     return f"cannot be compiled: the process of MuJoCo ended with {code}, out of memory or time"

@@ -10,8 +10,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
-import resource
-import signal
+import runpy
 import sys
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -351,10 +350,10 @@ def answer(text: str, assets: dict[str, bytes]) -> dict[str, Any]:
 
 def serve(source: BinaryIO, target: BinaryIO, patience: int) -> None:
     """Answer requests; an alarm ends the process when it is idle."""
+    alarm = limits["IdleAlarm"](patience)
     while True:
-        signal.alarm(patience)
-        line = source.readline()
-        signal.alarm(0)
+        with alarm:
+            line = source.readline()
         if not line:
             return
         request = json.loads(line)
@@ -362,10 +361,7 @@ def serve(source: BinaryIO, target: BinaryIO, patience: int) -> None:
         for name, size in request["assets"].items():
             assets[name] = source.read(size)
         text = source.read(request["size"]).decode()
-        usage = resource.getrusage(resource.RUSAGE_SELF)
-        used = usage.ru_utime + usage.ru_stime
-        seconds = int(used) + 1 + request["seconds"]
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.RLIM_INFINITY))
+        limits["limit_computing"](request["seconds"])
         reply = {**answer(text, assets), "version": f"MuJoCo {mujoco.__version__}"}
         target.write(json.dumps(reply).encode() + b"\n")
         target.flush()
@@ -382,6 +378,7 @@ def load_module(name: str) -> Any:
     return module
 
 
+limits = runpy.run_path(str(Path(__file__).parents[3] / "ground" / "worker_limits.py"))
 start = json.loads(sys.stdin.buffer.readline())
 sys.path[:] = start["path"]
 import mujoco  # noqa: E402 - found by the parent's path
@@ -391,9 +388,6 @@ geoms = load_module("geoms")
 answer(_FIRST, {})  # loads lazily imported code before the limits apply
 answers = os.fdopen(os.dup(1), "wb")
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # discards what MuJoCo prints
-resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
-resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
-resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+limits["close_off"](_MEMORY)
 serve(sys.stdin.buffer, answers, start["patience"])
 os._exit(0)
