@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import json
 import os
 import platform
@@ -24,12 +25,14 @@ from typing import Any
 from ..ground.regular_files import open_regular
 
 VARIABLE = "HYBRID_DYNAMICS_CACHE"
-MAX_ENTRIES = 10_000  # of some 20 kB each; beyond this number the oldest tenth is removed
+MAX_ENTRIES = 10_000  # of some 20 kB each; beyond some more the oldest tenth is removed
 _OFF = ("", "0", "off", "no", "none")
 _MAGIC = b"hybrid_dynamics kernel 2\n"
 _CHECKSUM = 32  # [bytes] of a SHA-256
 _LENGTH = 8  # [bytes] of the length of the facts
 _SUFFIX = ".kernel"
+
+_writes = itertools.count()  # entries that this process has written
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,9 @@ def write(key: str, entry: Entry) -> None:
         except OSError:
             Path(name).unlink(missing_ok=True)
             raise
-        _prune(place)
+        # Listing thousands of files takes longer than writing one.
+        if next(_writes) % max(1, MAX_ENTRIES // 100) == 0:
+            _prune(place)
 
 
 def _pack(key: str, entry: Entry) -> bytes:
@@ -147,7 +152,7 @@ def _unpack(key: str, data: bytes) -> Entry | None:
 
 
 def _prune(place: Path) -> None:
-    with os.scandir(place) as files:  # much faster than a glob, since it is done for every entry
+    with os.scandir(place) as files:  # much faster than a glob
         names = [file.name for file in files]
     if len(names) <= MAX_ENTRIES:
         return

@@ -294,3 +294,13 @@ def test_arrays_of_another_process_run_on_the_code_for_one_state(
     copied = pickle.loads(pickle.dumps(state))  # noqa: S301  our own
     assert copied.s.dtype is state.s.dtype
     np.testing.assert_array_equal(robot.close(taken, near=copied).s, state.s)
+
+
+def test_the_folder_is_listed_once_in_a_hundred_entries(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    listed = []
+    monkeypatch.setattr(cache, "_prune", listed.append)
+    for k in range(200):
+        cache.write(f"{k:064d}", Entry())
+    assert listed == [folder, folder]
