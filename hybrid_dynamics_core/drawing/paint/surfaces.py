@@ -1,12 +1,12 @@
 """Surfaces as an image with outlines, by a depth buffer.
 
-Triangles are sampled more finely than pixels, and every pixel shows its nearest sample. So
+Triangles are sampled more finely than pixels, and every sample shows what is nearest. So
 triangles may intersect, and their order does not matter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,11 +21,10 @@ from ...scene.projection import Projection
 from ...scene.style import INK
 from ...scene.visuals.primitives import Faces
 from ...scene.visuals.surfaces import Surface
+from .triangle_samples import are_large, bands, points_on
 
 _DENSITY: Final = 320.0  # samples per inch; two by two are a pixel
 _MAX_SIDE: Final = 4000  # samples along a side of the image
-_STEP: Final = 0.7  # [samples] distance of points on a triangle, to hit every sample
-_CHUNK: Final = 2_000_000  # points processed at once
 _AMBIENT: Final = 0.62  # brightness of surfaces in shadow
 _DIFFUSE: Final = 0.5  # added where it falls straight
 _LIGHT: Final = (-0.45, 0.75, 1.0)  # direction of the light: right, up, toward the viewer
@@ -144,9 +143,25 @@ class _Canvas:
         self.colours.append(_lit(surface, normals))
         paint = self.palette.setdefault(surface.colour, len(self.palette))
         self.paints.append(np.full(len(normals), paint))
-        for numbers, points in _samples(vertices, surface.faces[solid]):
-            self._keep_nearest(points, numbers + self.count)
+        self._add_triangles(vertices, surface.faces[solid])
         self.count += len(normals)
+
+    def _add_triangles(self, vertices: Array, faces: Faces) -> None:
+        large = are_large(vertices, faces)
+        for number in np.flatnonzero(large):
+            self._add_large(vertices[faces[number]], self.count + number)
+        small = np.flatnonzero(~large)
+        for numbers, points in points_on(vertices, faces[small]):
+            self._keep_nearest(points, self.count + small[numbers])
+
+    def _add_large(self, corners: Array, triangle: int) -> None:
+        nearest_depths = self.depths.reshape(self.shape)
+        triangles = self.triangles.reshape(self.shape)
+        for rows, columns, depths in bands(corners, self.shape):
+            nearest = nearest_depths[rows, columns]
+            nearer = depths > nearest
+            nearest[nearer] = depths[nearer]
+            triangles[rows, columns][nearer] = triangle
 
     def _keep_nearest(self, points: Array, triangles: Faces) -> None:
         height, width = self.shape
@@ -226,48 +241,3 @@ def _lit(surface: Surface, normals: Array) -> Array:
     colours[:, :3] = brightness[:, None] * np.array(surface.colour[:3])
     colours[:, 3] = surface.colour[3]
     return colours
-
-
-def _samples(vertices: Array, faces: Faces) -> Iterator[tuple[Faces, Array]]:
-    """Sample triangles more finely than the image.
-
-    Args:
-        vertices: (k, 3) vertices, the first two coordinates in samples.
-        faces: (m, 3) indices of the vertices of each triangle.
-
-    Yields:
-        Indices (n,) of triangles, and points (n, 3) on them.
-    """
-    corners = _longest_first(vertices[faces])
-    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
-    base = second[:, :2] - first[:, :2]
-    length = np.linalg.norm(base, axis=1)
-    side = third[:, :2] - first[:, :2]
-    area = np.abs(base[:, 0] * side[:, 1] - base[:, 1] * side[:, 0])
-    height = area / np.maximum(length, 1e-12)
-    columns = _round_counts(length / _STEP)
-    rows = _round_counts(height / _STEP)
-    for kind in np.unique(np.stack([columns, rows], axis=1), axis=0):
-        alike = np.flatnonzero((columns == kind[0]) & (rows == kind[1]))
-        across, along = np.meshgrid(np.linspace(0, 1, kind[0] + 1), np.linspace(0, 1, kind[1] + 1))
-        weights = np.stack([(1 - along) * (1 - across), (1 - along) * across, along], axis=2)
-        weights = weights.reshape(-1, 3)
-        step = max(1, _CHUNK // len(weights))
-        for k in range(0, len(alike), step):
-            some = alike[k : k + step]
-            points = weights @ corners[some]
-            yield np.repeat(some, len(weights)), points.reshape(-1, 3)
-
-
-def _longest_first(corners: Array) -> Array:
-    """Triangles (m, 3, 3), permuted so that the first side is the longest in the picture."""
-    sides = np.roll(corners, -1, axis=1) - corners
-    longest = np.argmax(np.linalg.norm(sides[:, :, :2], axis=2), axis=1)
-    order = (longest[:, None] + np.arange(3)) % 3
-    return np.asarray(np.take_along_axis(corners, order[:, :, None], axis=1))
-
-
-def _round_counts(numbers: Array) -> Faces:
-    """Numbers rounded up to few distinct integers, four per power of two."""
-    powers = np.ceil(4.0 * np.log2(np.maximum(numbers, 1.0))) / 4.0
-    return np.asarray(np.ceil(2.0**powers).astype(int))
