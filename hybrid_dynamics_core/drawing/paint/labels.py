@@ -128,9 +128,9 @@ class Labeller:
         """Mark the cells on an outline (m, 2) [cells] as covered."""
         if len(outline) > 2:
             self._cover_inside(outline, weight)
-        for ends in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-            on_line = self._cells_on(np.array(ends) * _CELL + self.origin)
-            self.grid[on_line] = np.maximum(self.grid[on_line], _EDGE)
+        cells = np.floor(_points_along(outline)).astype(np.int64)
+        columns, rows = cells[self._is_on_grid(cells)].T
+        self.grid[rows, columns] = np.maximum(self.grid[rows, columns], _EDGE)
 
     def _cover_inside(self, outline: Array, weight: float) -> None:
         low = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
@@ -231,11 +231,15 @@ class Labeller:
         count = 2 + int(length / (0.5 * _CELL))
         points = np.linspace(ends[0], ends[1], count)
         cells = np.floor((points - self.origin) / _CELL).astype(np.int64)
-        within = (cells >= 0) & (cells < self.grid.shape[::-1])
-        cells = cells[within.all(axis=1)]
+        cells = cells[self._is_on_grid(cells)]
         changes = np.diff(cells, axis=0, prepend=-1) != 0
         cells = cells[np.any(changes, axis=1)]
         return cells[:, 1], cells[:, 0]
+
+    def _is_on_grid(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Mask (n,) of cells (n, 2), as (column, row), that the grid has."""
+        within = (cells >= 0) & (cells < self.grid.shape[::-1])
+        return np.asarray(within.all(axis=1))
 
     def _cost(self, box: TextBox, centre: Array) -> float:
         """Cost of objects under a text, and of its part outside of the axes."""
@@ -255,3 +259,13 @@ class Labeller:
         low = np.floor((centre - half - self.origin) / _CELL).astype(int)
         high = np.ceil((centre + half - self.origin) / _CELL).astype(int)
         return (int(low[0]), int(low[1])), (int(high[0]), int(high[1]))
+
+
+def _points_along(outline: Array) -> Array:
+    """Points (n, 2) on the sides of an outline (m, 2), half a unit apart at most."""
+    sides = np.roll(outline, -1, axis=0) - outline
+    counts = 2 + (np.linalg.norm(sides, axis=1) / 0.5).astype(int)
+    starts = np.cumsum(counts) - counts
+    numbers = np.repeat(np.arange(len(counts)), counts)
+    shares = (np.arange(counts.sum()) - starts[numbers]) / (counts[numbers] - 1)
+    return np.asarray(outline[numbers] + shares[:, None] * sides[numbers])

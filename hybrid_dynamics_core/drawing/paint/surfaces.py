@@ -149,7 +149,7 @@ class _Canvas:
     def _add_triangles(self, vertices: Array, faces: Faces) -> None:
         large = are_large(vertices, faces)
         for number in np.flatnonzero(large):
-            self._add_large(vertices[faces[number]], self.count + number)
+            self._add_large(vertices[faces[number]], self.count + int(number))
         small = np.flatnonzero(~large)
         for numbers, points in points_on(vertices, faces[small]):
             self._keep_nearest(points, self.count + small[numbers])
