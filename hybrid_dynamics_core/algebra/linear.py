@@ -24,6 +24,15 @@ def transposed(rows: Matrix) -> Rows:
     return [list(column) for column in zip(*rows, strict=True)]
 
 
+def transposed_product(a: Matrix, b: Matrix) -> Rows:
+    """a^T b of two matrices with equally many rows; zeros are left out."""
+    result: Rows = []
+    for column in transposed(a):
+        totals = [_dot_of_some(column, other) for other in transposed(b)]
+        result.append(totals)
+    return result
+
+
 def unit_vectors(size: int) -> list[list[float]]:
     """The columns of the identity."""
     return np.eye(size).tolist()
@@ -113,6 +122,19 @@ def _sum(terms: Iterable[Scalar]) -> Scalar:
     for term in remaining:
         total = total + term
     return total
+
+
+def _dot_of_some(a: Scalars, b: Scalars) -> Scalar:
+    """The dot product of two vectors; numbers that are zero are left out."""
+    total: Scalar = 0.0
+    for x, y in zip(a, b, strict=True):
+        if not _is_zero(x) and not _is_zero(y):
+            total = total + x * y
+    return total
+
+
+def _is_zero(x: Scalar) -> bool:
+    return isinstance(x, float) and x == 0.0
 
 
 def _adjugate1(m: Matrix) -> tuple[Rows, Scalar]:

@@ -47,7 +47,8 @@ class AssemblyModes(tuple[AssemblyMode, ...]):  # noqa: SLOT001  a tuple takes n
     """The tuple of assembly modes at one input, and whether it is complete.
 
     Attributes:
-        completeness: `PROVEN` if every loop has a closed form, else `LIKELY` or `UNLIKELY`.
+        completeness: `PROVEN` if every loop has a closed form, else `LIKELY` or `UNLIKELY`. Always
+            `UNLIKELY` if a mode was left out, since a loop is singular on it.
         reason: why, in a sentence.
     """
 

@@ -6,13 +6,14 @@ import numpy as np
 
 from ..closure.blocks.block_solver import BlockSolver
 from ..closure.closed_motion import ClosedMotion
+from ..closure.constraints.equations import OPEN
 from ..closure.limit_range import limited_range
 from ..closure.toggle_range import closing_interval, given_inputs
 from ..errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from ..ground.arrays import Array
+from ..ground.wording import singular_or_plural
 from ..kernels.run import Codes
 from ..programs import Model, Outcome, OutcomeKind
-from ..programs.closure import OPEN
 
 # [rad or m] a value this near the end of its range counts as being at it
 EDGE = 1e-9
@@ -157,7 +158,7 @@ def _unreachable(
     if block.iterates:
         problem = (
             f"loop '{block.name}' cannot close at {place}: no closed configuration was found on the"
-            " way there"
+            f" way there{_surplus_text(block)}"
         )
         return ClosureError(problem, loop=block.name, index=index)
     for k in inputs:
@@ -167,6 +168,17 @@ def _unreachable(
             return _out_of_range(model, block, (k, values[k]), others, allowed, index)
     problem = f"loop '{block.name}' cannot close at {place}: its links do not reach each other"
     return ClosureError(problem, loop=block.name, index=index)
+
+
+def _surplus_text(block: BlockSolver) -> str:
+    """A remark on loops that have more equations than unknowns; empty for others."""
+    surplus = len(block.equations) - len(block.unknowns)
+    if surplus == 0:
+        return ""
+    return (
+        f"; it has {surplus} more {singular_or_plural(surplus, 'equation', 'equations')} than"
+        " unknowns, and if they miss in motion, its lengths and axes have to be mended"
+    )
 
 
 def _value_text(model: Model, coordinate: int, value: float) -> str:

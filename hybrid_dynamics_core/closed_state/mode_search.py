@@ -10,15 +10,19 @@ from numpy.typing import NDArray
 
 from ..algebra.scalar import Scalar
 from ..closure.blocks.block_solver import BlockSolver
+from ..closure.constraints.equations import loops_of
 from ..closure.plan import ClosurePlan
 from ..ground.arrays import Array
+from ..ground.wording import counted, singular_or_plural
 from ..mechanism.configuration import Configuration, given_configuration
-from ..programs import Model
+from ..programs import Model, Outcome, OutcomeKind
+from ..programs.closure import SINGULAR
 from .assembly_modes import NUMBERED, SAME, Completeness, branch_names
 
 # first number of starts: several for each of the 40 modes that a Gough platform can have
 STARTS = 600
 MOST_STARTS = 9600  # the number is doubled up to this
+NEAR = 1e-3  # share of places and orientations: an end this near to a solution is not another one
 ENOUGH = 3  # a search counts as exhaustive if every solution was reached so often
 
 
@@ -51,11 +55,14 @@ class Reached(NamedTuple):
         solutions: the distinct ones (modes, unknowns) [rad, m].
         counts: number of starts that reached each mode (modes,).
         starts: number of starts.
+        nears_singular: whether a start came next to a closed configuration, yet to no end, as
+            iterations do where two modes meet.
     """
 
     solutions: Array
     counts: NDArray[np.int64]
     starts: int
+    nears_singular: bool
 
     @property
     def is_exhaustive(self) -> bool:
@@ -79,13 +86,35 @@ class ModeSearch:
         self._signs = signs
         self._guess = start.tolist()
         self._evidence: dict[str, Reached] = {}
+        self._singular: list[str] = []
         given = dict(zip(model.plan.given, u.tolist(), strict=True))
         _, charts = model.plan.split(signs.tolist())
         before = given_configuration(model.tree, given, charts)
         self.solutions = list(self._extended(before, []))
 
+    def note_singular(self, loop: str) -> None:
+        """Note that a mode is left out, since a loop is singular on it."""
+        self._singular.append(loop)
+
+    def note(self, code: int) -> None:
+        """Note the status code of a solution's closed state."""
+        outcome = Outcome.decode(code)
+        if outcome.kind is OutcomeKind.SINGULAR:
+            self.note_singular(self._model.plan.blocks[outcome.block].name)
+
     def verdict(self) -> tuple[Completeness, str]:
         """Whether the list is complete, and the reason."""
+        completeness, reason = self._verdict_of_search()
+        count = len(self._singular)
+        if not count:
+            return completeness, reason
+        loops = ", ".join(dict.fromkeys(f"'{loop}'" for loop in self._singular))
+        modes = f"{counted(count, 'mode')} {singular_or_plural(count, 'is', 'are')} left out"
+        singular = f"nearer than {SINGULAR:g} to a singular place, loop {loops}"
+        return Completeness.UNLIKELY, f"{modes}, {singular}; of the others: {reason}"
+
+    def _verdict_of_search(self) -> tuple[Completeness, str]:
+        """The verdict on the modes that are not singular."""
         if not self._evidence:
             return Completeness.PROVEN, "every loop has a closed form, which has no other solution"
         loop, least = min(self._evidence.items(), key=_least_count)
@@ -128,10 +157,13 @@ class ModeSearch:
             try:
                 margin = block.solve(trial, option, self._guess)
             except ZeroDivisionError:
-                continue
+                margin = 0.0
             if margin > 0.0:
                 mode = block.modes[block.signs.index(option)]
                 yield BlockSolution(option, mode, trial)
+            elif not margin < -(SINGULAR**2):
+                # rounding decides whether two modes meet here or there is none
+                self.note_singular(block.name)
 
     def _numbered_solutions(
         self, block: BlockSolver, configuration: Configuration
@@ -142,6 +174,8 @@ class ModeSearch:
         worst = self._evidence.get(block.name)
         if worst is None or _least_count((block.name, reached)) < _least_count((block.name, worst)):
             self._evidence[block.name] = reached
+        if reached.nears_singular:
+            self.note_singular(block.name)
         moves = [_wrapped(self._model, block, x - near) for x in reached.solutions]
         moves.sort(key=lambda move: float(np.abs(move).max()))
         for number, move in enumerate(moves, start=1):
@@ -162,8 +196,8 @@ class ModeSearch:
         starts = _starts(self._model, block, self._guess, count)
         trials = configuration.copy()
         converged = np.asarray(block.solve(trials, 1.0, starts)) > 0.0
-        columns = [trials.q[k] for k in block.unknowns]
-        answers = np.stack(columns, axis=1)[converged]
+        ends = np.stack([trials.q[k] for k in block.unknowns], axis=1)
+        answers = ends[converged]
         marks = _fingerprints(self._model, block, configuration, answers)
         chosen: list[int] = []
         counts: list[int] = []
@@ -174,7 +208,11 @@ class ModeSearch:
             chosen.append(int(first))
             counts.append(int(is_same.sum()))
             remaining = remaining[~is_same]
-        return Reached(answers[chosen], np.array(counts, dtype=np.int64), count)
+        closed = ends[~converged & (_gaps(block, trials) < SINGULAR**2)]
+        others = _fingerprints(self._model, block, configuration, closed)
+        apart = np.abs(others[:, None, :] - marks[chosen]).max(axis=2)
+        nears_singular = bool((apart.min(axis=1, initial=np.inf) > NEAR).any())
+        return Reached(answers[chosen], np.array(counts, dtype=np.int64), count, nears_singular)
 
 
 def _least_count(entry: tuple[str, Reached]) -> int:
@@ -219,6 +257,17 @@ def _starts(
         points = centre + span * (2.0 * sample - 1.0)
         starts[k] = np.concatenate([[guess[k]], points])
     return starts
+
+
+def _gaps(block: BlockSolver, trials: Configuration) -> Array:
+    """The largest gap (N,) of each of N configurations of a block."""
+    gaps: list[Array] = []
+    with np.errstate(all="ignore"):  # the search may end anywhere
+        for loop in loops_of(block.equations):
+            residual = loop.linearise(trials).residual
+            gaps += [np.abs(np.asarray(gap, dtype=float)) for gap in residual]
+    largest: Array = np.max(np.broadcast_arrays(*gaps), axis=0)
+    return largest
 
 
 def _fingerprints(

@@ -7,7 +7,8 @@ only the coordinates before it, so nothing larger than a block is inverted.
 
 from __future__ import annotations
 
-from ..algebra.linear import Inverse, Rows, transposed, unit_vectors
+from ..algebra.least_squares import LeastSquares
+from ..algebra.linear import Rows, transposed, transposed_product, unit_vectors
 from ..algebra.scalar import Scalar, Scalars, sqrt
 from ..mechanism.configuration import given_configuration
 from ..mechanism.tree import Tree
@@ -24,6 +25,7 @@ class SolvedBlock:
         margin: the margin that the solver gave.
         rows: rows of J_s of its equations.
         jacobian: its part of J_z, (equations, unknowns).
+        is_square: whether there are as many equations as unknowns, not more.
     """
 
     def __init__(self, solver: BlockSolver, margin: Scalar, rows: list[Row]) -> None:
@@ -31,7 +33,8 @@ class SolvedBlock:
         self.margin = margin
         self.rows = rows
         self.jacobian = [coefficients(row, solver.unknowns) for row in rows]
-        self._inverse = Inverse(self.jacobian, solver.order)
+        self.is_square = len(rows) == len(solver.unknowns)
+        self._system = LeastSquares(self.jacobian, solver.order)
 
     @property
     def equations(self) -> tuple[Equation, ...]:
@@ -52,7 +55,7 @@ class SolvedBlock:
                 if k not in self.solver.unknowns:
                     total = total + coefficient * values[k]
             rhs.append(-total)
-        solution = self._inverse.solve(rhs)
+        solution = self._system.solve(rhs)
         for k, value in zip(self.solver.unknowns, solution, strict=True):
             values[k] = value
 
@@ -63,15 +66,29 @@ class SolvedBlock:
             forces: along all coordinates (n_s,). Those before the block are changed.
 
         Returns:
-            mu = J_z^-T f_z, one for each equation.
+            mu with J_z^T mu = f_z, one for each equation; the least where there are more equations
+            than unknowns.
         """
         along_unknowns = [forces[k] for k in self.solver.unknowns]
-        multipliers = self._inverse.solve_transposed(along_unknowns)
+        multipliers = self._system.solve_transposed(along_unknowns)
         for row, multiplier in zip(self.rows, multipliers, strict=True):
             for k, coefficient in row.items():
                 if k not in self.solver.unknowns:
                     forces[k] = forces[k] - coefficient * multiplier
         return multipliers
+
+    def square_rows(self, size: int) -> Rows:
+        """Rows of J_s (unknowns, size): of the equations, or of A^T times them if they are more."""
+        rows = [coefficients(row, range(size)) for row in self.rows]
+        if self.is_square:
+            return rows
+        return transposed_product(self.jacobian, rows)
+
+    def square_multipliers(self, multipliers: list[Scalar]) -> list[Scalar]:
+        """The multipliers of `square_rows`, from those that `project` gives."""
+        if self.is_square:
+            return multipliers
+        return self._system.solve(multipliers)
 
     def distance(self, tree: Tree) -> Scalar:
         """Distance to a singularity: 1 at best, 0 where the Jacobian is singular.
@@ -88,7 +105,7 @@ class SolvedBlock:
             if tree.is_revolute(k):
                 unit = 1.0
             units.append(unit)
-        return self._inverse.conditioning(self.jacobian, units)
+        return self._system.conditioning(units)
 
 
 class ClosedMotion:

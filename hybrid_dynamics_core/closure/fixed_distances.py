@@ -18,9 +18,8 @@ from ..algebra.independence import norm
 from ..description.model import Closure, RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.tree import Body, Tree
+from .constraints.closure_place import PARALLEL, turns_of
 
-# sine of the angle between axes that count as parallel, since numbers in files are rounded
-PARALLEL = 1e-6
 _POINT = np.zeros(3)  # direction of a place that is a point
 _ORIGIN = np.zeros(3)
 
@@ -66,8 +65,8 @@ class FixedDistances:
         self._tree = tree
         self._robot = robot
         self._standings = _standings(tree, robot)
-        self._of_free_joints = _turns_of(tree, robot, "free")
-        self._of_balls = _turns_of(tree, robot, "ball")
+        self._of_free_joints = turns_of(tree, robot, "free")
+        self._of_balls = turns_of(tree, robot, "ball")
         self._closures = {closure.name: closure for closure in robot.closures}
 
     def largest(self, names: Iterable[str] | None = None) -> float:
@@ -149,15 +148,6 @@ def _length_across(vector: Array, directions: list[Array]) -> float:
     _, sizes, basis = np.linalg.svd(np.array(directions), full_matrices=False)
     spanned = basis[sizes > PARALLEL]
     return norm(vector - spanned.T @ (spanned @ vector))
-
-
-def _turns_of(tree: Tree, robot: RobotDescription, kind: str) -> frozenset[int]:
-    """The angular coordinates of all ball joints, or of all free joints."""
-    coordinates: set[int] = set()
-    for joint, turns in zip(robot.freely_turning, tree.turns, strict=True):
-        if joint.type == kind:
-            coordinates.update(turns)
-    return frozenset(coordinates)
 
 
 def _pose(rotation: ArrayLike, origin: ArrayLike) -> Array:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
+from ..algebra.independence import norm
 from ..description.model import RobotDescription
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
@@ -12,6 +15,7 @@ from .constraints.equations import LoopEquations
 from .fixed_distances import FixedDistances
 
 NO_LENGTH = 1e-9  # share of the longest loop below which a length is rounding
+ROUNDING = 1e-12  # share of the farthest place in the file below which a length is rounding
 Together = Sequence[Sequence[LoopEquations]]
 
 
@@ -39,14 +43,15 @@ def measure(
     measurable = [loop for loop in loops if loop.has_length]
     groups = _joined(measurable, together)
     fixed = {loop.name: distances.largest([loop.name]) for loop in measurable}
-    least = NO_LENGTH * max(fixed.values(), default=0.0)
+    rounding = ROUNDING * _farthest(tree, robot)
+    least = max(rounding, NO_LENGTH * max(fixed.values(), default=0.0))
     for group in groups:
         names = {loop.name for loop in group}
         lengths = [fixed[name] for name in names if fixed[name] > least]
         if lengths:
             length = math.fsum(lengths) / len(lengths)
         else:
-            length = _common_length(tree, distances, measurable, reference)
+            length = _common_length(tree, distances, measurable, reference, rounding)
         for loop in group:
             loop.length = length
 
@@ -59,7 +64,16 @@ def measured_at_reference(
     held = {k for loop in measurable for k in loop.coordinates}
     if not any(tree.is_revolute(k) for k in held):
         return False
-    return not (FixedDistances(tree, robot).largest() or _longest_stroke(tree, measurable))
+    longest = max(FixedDistances(tree, robot).largest(), _longest_stroke(tree, measurable))
+    return longest <= ROUNDING * _farthest(tree, robot)
+
+
+def _farthest(tree: Tree, robot: RobotDescription) -> float:
+    """The largest distance [m] in the file, whose rounding all lengths share."""
+    places = [np.array(body.translation) for body in tree.bodies]
+    for closure in robot.closures:
+        places += [frame.translation for frame in closure.frames()]
+    return max(map(norm, places), default=0.0)
 
 
 def _joined(loops: Sequence[LoopEquations], together: Together) -> list[list[LoopEquations]]:
@@ -85,10 +99,14 @@ def _common_length(
     distances: FixedDistances,
     loops: Sequence[LoopEquations],
     reference: Configuration,
+    least: float,
 ) -> float:
-    """The length of loops that have none of their own [m]."""
-    length = distances.largest() or _longest_stroke(tree, loops)
-    return length or max(loop.extent(reference) for loop in loops) or 1.0
+    """The length of loops that have none of their own [m], above a least one."""
+    extent = max(loop.extent(reference) for loop in loops)
+    for length in (distances.largest(), _longest_stroke(tree, loops), extent):
+        if length > least:
+            return length
+    return 1.0
 
 
 def _longest_stroke(tree: Tree, loops: Iterable[LoopEquations]) -> float:

@@ -14,7 +14,10 @@ Rows = list[list[int]]  # of each equation, columns or other rows
 
 
 class EquationBlock(NamedTuple):
-    """Equations that together determine as many unknowns, given the blocks before."""
+    """Equations that together determine some unknowns, given the blocks before.
+
+    They are as many as the unknowns, or more where redundant ones are solved with them.
+    """
 
     equations: tuple[Equation, ...]
     unknowns: tuple[int, ...]
@@ -34,8 +37,18 @@ class Matching(NamedTuple):
     surplus: list[Equation]
 
 
-def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
-    """Match equations to unknowns and order them into the smallest blocks."""
+def match(
+    equations: Sequence[Equation],
+    unknowns: Sequence[int],
+    ties: Sequence[Sequence[Equation]] = (),
+) -> Matching:
+    """Match equations to unknowns and order them into the smallest blocks.
+
+    Args:
+        equations: the equations.
+        unknowns: the coordinates that they determine.
+        ties: equations that must stand in one block.
+    """
     if not any(equation.involved & set(unknowns) for equation in equations):
         return Matching([], list(unknowns), list(equations))
     incidence = _incidence(equations, unknowns)
@@ -47,6 +60,11 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     row_of = {column: row for row, column in matched.items()}
     # an equation depends on the equations that its other unknowns are matched to
     depends = [[row_of[column] for column in columns] for columns in incidence]
+    index = {equation: row for row, equation in enumerate(equations)}
+    for tie in ties:
+        tied = [index[equation] for equation in tie]
+        for row in tied:
+            depends[row] += tied
     blocks: list[EquationBlock] = []
     for rows in _ordered(depends):
         solved = sorted(unknowns[matched[row]] for row in rows)

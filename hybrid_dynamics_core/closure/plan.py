@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..algebra.scalar import Scalars
 from ..description.model import RobotDescription
+from ..errors import DescriptionError, UndecidedModeError
 from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
@@ -16,8 +17,9 @@ from .branch import choose_branches
 from .constraints.equations import Equation, LoopEquations, loops_of
 from .constraints.from_description import loop_equations
 from .degrees_of_freedom import independent_equations, require_determined
+from .joined_equations import joined_blocks
 from .loop_length import measure
-from .matching import match
+from .matching import EquationBlock, match
 from .numeric_closure import CLOSED
 from .reference_search import closed_near
 
@@ -76,20 +78,22 @@ def build_plan(
         given = range(tree.n_active)
     if near is None:
         near = _reference(tree, robot)
-    coordinates = range(len(tree.coordinates))
-    unknowns = [k for k in coordinates if k not in given]
+    unknowns = [k for k in range(len(tree.coordinates)) if k not in given]
     loops = loop_equations(tree, robot, frozenset(unknowns))
     equations, redundant = independent_equations(tree, robot, loops, near, unknowns)
     matching = match(equations, unknowns)
     require_determined(tree, robot, matching, len(equations), len(unknowns))
     closures = {closure.name: closure for closure in robot.closures}
+    problem = _Problem(robot, loops, tuple(given))
     context = Context(tree, closures, near, of_active)
-    blocks = [solver_for(block, context) for block in matching.blocks]
-    guess = [float(near.get(k, 0.0)) for k in coordinates]
-    configuration = given_configuration(tree, {k: guess[k] for k in given})
-    if any(block.iterates for block in blocks):
-        guess = _closed_guess(tree, loops, guess, unknowns)
-    branch = choose_branches(robot, blocks, loops, context, configuration, guess)
+    blocks = _solvers(matching.blocks, context)
+    if redundant:
+        is_exact = [not block.iterates for block in blocks]
+        joined = joined_blocks(tree, loops, near, matching.blocks, redundant, is_exact)
+        if any(block not in joined for block in _chosen(matching.blocks, is_exact)):
+            context = problem.started(blocks, context)
+        blocks = _solvers(joined, context)
+    configuration, branch = problem.settled(blocks, context)
     together = [loops_of(block.equations) for block in blocks]
     measure(tree, robot, all_loops(loops, blocks), together, configuration)
     for block in blocks:
@@ -106,6 +110,53 @@ def build_plan(
         loops=tuple(loops),
         redundant=tuple(redundant),
     )
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """The loops of a robot, and the coordinates that are given."""
+
+    robot: RobotDescription
+    loops: Sequence[LoopEquations]
+    given: tuple[int, ...]
+
+    def settled(
+        self, blocks: Sequence[BlockSolver], context: Context
+    ) -> tuple[Configuration, list[float]]:
+        """The closed reference, and the branch sign of each block."""
+        tree = context.tree
+        coordinates = range(len(tree.coordinates))
+        guess = [float(context.near.get(k, 0.0)) for k in coordinates]
+        configuration = given_configuration(tree, {k: guess[k] for k in self.given})
+        if any(block.iterates for block in blocks):
+            unknowns = [k for k in coordinates if k not in self.given]
+            guess = _closed_guess(tree, self.loops, guess, unknowns)
+        branch = choose_branches(self.robot, blocks, self.loops, context, configuration, guess)
+        return configuration, branch
+
+    def started(self, blocks: Sequence[BlockSolver], context: Context) -> Context:
+        """The context of iterations in place of closed forms, whose modes say where they start.
+
+        Closed forms may be singular where all equations together are not.
+        """
+        try:
+            configuration, _ = self.settled(blocks, context)
+        except UndecidedModeError:
+            raise
+        except DescriptionError:
+            if any(closure.assembly for closure in self.robot.closures):
+                raise
+            return context
+        closed = dict(enumerate(map(float, configuration.q)))
+        return replace(context, near=closed, named=False)
+
+
+def _solvers(blocks: Sequence[EquationBlock], context: Context) -> list[BlockSolver]:
+    return [solver_for(block, context) for block in blocks]
+
+
+def _chosen(blocks: Sequence[EquationBlock], flags: Sequence[bool]) -> list[EquationBlock]:
+    return [block for block, flag in zip(blocks, flags, strict=True) if flag]
 
 
 def all_loops(loops: Sequence[LoopEquations], blocks: Sequence[BlockSolver]) -> list[LoopEquations]:

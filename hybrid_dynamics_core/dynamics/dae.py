@@ -23,7 +23,8 @@ class SpanningTerms:
         g: (n_s,) gravity.
         extra: (n_s,) friction, springs and applied wrenches.
         J: (n_z, n_s) Jacobian of the loop equations that are solved; lengths are divided by the
-            loop's length. A parallelogram has two equations between angles.
+            loop's length. A parallelogram has two equations between angles. Of an over-determined
+            loop they are A^T times all of its equations, where A is their Jacobian.
         bias: (n_z,) J' s' [1/s^2].
         multipliers: (n_z,) lambda of the rows [N m]. `robot.reactions` converts them to wrenches at
             the pins.

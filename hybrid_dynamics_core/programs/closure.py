@@ -6,13 +6,12 @@ from typing import Any
 
 from ..algebra.scalar import Scalar, absolute
 from ..closure.closed_motion import ClosedMotion
+from ..closure.constraints.equations import OPEN
 from ..kernels.trace import Check, Results
 from .following import Step
 from .model import AT_STATE, Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind
 
-# residual, in lengths of the loop, above which a redundant equation does not hold
-OPEN = 1e-6
 SINGULAR = 1e-5  # reciprocal condition below which rates would lose half their digits
 
 

@@ -6,7 +6,6 @@ from ..algebra.linear import transposed, unit_vectors
 from ..algebra.scalar import Scalar, Scalars
 from ..algebra.vector import add, scale, sub
 from ..closure.closed_motion import ClosedMotion
-from ..closure.constraints.equations import coefficients
 from ..dynamics.bilinear import tree_forces
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.trace import Results
@@ -85,7 +84,7 @@ def constraint_jacobian(motion: ClosedMotion) -> Matrix:
     """J_s of the equations that are solved, (n_z, n_s)."""
     jacobian: Matrix = []
     for block in motion.blocks:
-        jacobian += [coefficients(row, range(motion.size)) for row in block.rows]
+        jacobian += block.square_rows(motion.size)
     return jacobian
 
 
@@ -113,8 +112,8 @@ def _multipliers(motion: ClosedMotion, forces: list[Scalar]) -> list[Scalar]:
     """lambda of all rows of J_s (n_z,)."""
     _, by_block = motion.project(forces)
     multipliers: list[Scalar] = []
-    for block in by_block:
-        multipliers += [-m for m in block]
+    for block, of_equations in zip(motion.blocks, by_block, strict=True):
+        multipliers += [-m for m in block.square_multipliers(of_equations)]
     return multipliers
 
 

@@ -262,9 +262,8 @@ class Closure:
     def assembly_modes(self, u: ArrayLike) -> AssemblyModes:
         """The assembly modes at the active coordinates u.
 
-        The list is complete if every loop has a closed form. Other loops are searched by iteration
-        from many starts. Then `completeness` and `reason` of the result say how reliable the list
-        is.
+        Loops without a closed form are searched from many starts. Modes next to a singular place
+        are left out. `completeness` and `reason` of the result say how reliable the list is.
 
         The second solution of a universal joint is not listed, since it puts the leg in the same
         pose.
@@ -284,6 +283,7 @@ class Closure:
         search = ModeSearch(self.model.program_model, u, self.signs, self.start)
         for signs, s, names in search.solutions:
             values, codes = self._run_closure(u, du, signs, s)
+            search.note(int(codes))
             if codes == 0:
                 state = self._states.build(u, du, frozen(signs), values, codes)
                 modes.append(AssemblyMode(names, replace(state, branch=names)))

@@ -302,7 +302,7 @@ class Dynamics:
         values = self._evaluate("spanning_terms", programs.spanning_terms, state, loads, ddu=ddu)
         loops: list[str] = []
         for block in self._model.plan.blocks:
-            loops += [equation.loop.name for equation in block.equations]
+            loops += block.row_loops
         return SpanningTerms(
             M=values["M"],
             C=values["C"],

@@ -132,10 +132,21 @@ def _link(link: Link, move: Move) -> Link:
 
 def _closure(closure: Closure, moves: dict[str, Move]) -> Closure:
     a, b = moves[closure.link_a], moves[closure.link_b]
+    place = place_of(closure, moves)
     return replace(
         closure,
-        point_a=a.point(closure.point_a),
+        point_a=a.point(closure.point_a + closure.rotation_a @ place),
         rotation_a=a.turned(closure.rotation_a),
-        point_b=b.point(closure.point_b),
+        point_b=b.point(closure.point_b + closure.rotation_b @ place),
         rotation_b=b.turned(closure.rotation_b),
     )
+
+
+def place_of(closure: Closure, moves: dict[str, Move]) -> np.ndarray:
+    """A place of the same joint in the closure's frame: along a hinge, anywhere on a weld."""
+    place = moves[closure.link_a].translation
+    if closure.kind == "axis":
+        return place * np.array([0.0, 0.0, 1.0])
+    if closure.kind == "frame":
+        return place
+    return np.zeros(3)

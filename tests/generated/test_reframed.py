@@ -8,9 +8,11 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core import DescriptionError, Robot
+from hybrid_dynamics_core import ClosedState, DescriptionError, Robot
+from hybrid_dynamics_core.closure.numeric_closure import gaps_and_jacobian
 from tests.generated.case import Case
 from tests.generated.class_three import class_three
+from tests.generated.over_determined import KINDS, over_determined
 from tests.generated.reframed import reframed, with_zeros
 from tests.generated.robots import STATES, examples, robots, scaled
 
@@ -91,3 +93,32 @@ def test_without_a_reference_distances_do_not_depend_on_zeros(case: Case, zeros:
     np.testing.assert_allclose(one.distances, another.distances, atol=atol)
     here = case.robot.close(case.start[: case.n])
     np.testing.assert_allclose(one.distances, here.distances, atol=atol)
+
+
+@examples(12)
+@given(st.sampled_from(KINDS), STATES, st.integers(0, 10**6))
+def test_over_determined_loops_have_one_distance(kind: str, seed: int, frames: int) -> None:
+    """Which of their equations are independent depends on frames, and must not matter."""
+    description = over_determined(kind, seed)
+    robot = Robot(description)
+    retold, zeros = reframed(description, frames)
+    other = Robot(retold)
+    shift = np.array([zeros[name] for name in robot.coordinates])
+    u, du = robot.reference + 0.05, np.ones(1)
+    state = robot.close(u, du, near=robot.close(robot.reference), check=False)
+    assume(state.status == 0)
+    there = other.close(u - shift[:1], du, near=other.close(robot.reference - shift[:1]))
+    atol = 1e-9 / float(state.singularity)
+    np.testing.assert_allclose(there.distances, state.distances, atol=atol)
+    np.testing.assert_allclose(there.s + shift, state.s, atol=atol)
+    np.testing.assert_allclose(there.ds, state.ds, atol=atol * np.abs(state.ds).max())
+    np.testing.assert_allclose(state.distances, [least_squares_distance(robot, state)], atol=atol)
+
+
+def least_squares_distance(robot: Robot, state: ClosedState) -> float:
+    """The distance by the singular values of all equations together."""
+    model = robot._model
+    passive = range(1, len(state.s))
+    _, rows = gaps_and_jacobian(model.tree, model.plan.loops, state.s, passive)
+    sizes = np.linalg.svd(rows, compute_uv=False)
+    return len(sizes) / float(np.linalg.norm(sizes) * np.linalg.norm(1.0 / sizes))

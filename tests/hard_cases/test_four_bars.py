@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot, SingularityError
+from hybrid_dynamics_core.closed_state import mode_search
+from hybrid_dynamics_core.closed_state.assembly_modes import AssemblyModes, Completeness
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.hard_cases.linkages import four_bar, robot
+from tests.hard_cases.test_over_determined import framed
 
 GROUND, CRANK = 0.3, 0.1  # of the parallelogram: coupler like ground, rocker like crank
 
@@ -36,6 +39,37 @@ def general() -> Robot:
     return robot(
         four_bar(GROUND, CRANK, GROUND, CRANK, assembly="", reference="q1: 1, q2: -1, q3: 1")
     )
+
+
+class TestModesNextToTheEnd:
+    """Driven by the rocker, both modes of the four-bar meet where it folds."""
+
+    EDGE = np.pi - np.arccos((0.3**2 + 0.2**2 - 0.4**2) / (2 * 0.3 * 0.2))
+
+    @pytest.mark.parametrize("way", [1e-4, 1e-9, 1e-11, 1e-13, 1e-16, 0.0, -1e-16, -1e-13, -1e-8])
+    def test_the_list_has_both_or_says_that_it_may_be_short(self, way: float) -> None:
+        """Rounding decides on which side of the end an input is; far outside there is no mode."""
+        bar = robot(four_bar(0.3, 0.1, 0.3, 0.2, active="q3", reference="q3: 1.6"))
+        modes = bar.assembly_modes([self.EDGE + way])
+        self.assert_honest(modes, way)
+        assert (modes.completeness is Completeness.PROVEN) == (abs(way) >= 1e-9)
+
+    @pytest.mark.parametrize("way", [1e-4, 1e-12, 0.0, -1e-12])
+    def test_so_does_a_list_found_by_iteration(
+        self, way: float, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(mode_search, "MOST_STARTS", mode_search.STARTS)
+        text = framed("[0.3, -1.2, 2]", "[0.3, -1.2, 2]").replace("active: [q1]", "active: [q3]")
+        modes = robot(text).assembly_modes([self.EDGE + way])
+        self.assert_honest(modes, way)
+
+    @staticmethod
+    def assert_honest(modes: AssemblyModes, way: float) -> None:
+        if abs(way) < 1e-9:
+            assert modes.completeness is Completeness.UNLIKELY
+            assert "left out, nearer than 1e-05 to a singular place, loop 'bar'" in modes.reason
+        else:
+            assert len(modes) == (2 if way > 0.0 else 0)
 
 
 class TestFolded:

@@ -20,7 +20,8 @@ class BlockSolver(ABC):
 
     Attributes:
         equations: its part of J_z.
-        unknowns: the coordinates it solves for, as many as there are equations.
+        unknowns: the coordinates it solves for, as many as there are equations, or fewer where
+            redundant ones are solved by least squares with the others.
         modes: names of its assembly modes, the first for the branch sign +1, the second for -1.
         iterates: whether it is solved by iteration; the margin is then the number of iterations.
         modes_fixed: the mode that the plan chose is kept, since another one gives the same poses.
@@ -46,6 +47,13 @@ class BlockSolver(ABC):
     def name(self) -> str:
         """The loops' names, joined."""
         return "+".join(self.loops)
+
+    @property
+    def row_loops(self) -> list[str]:
+        """The loop of each row of J_s; of combined equations all of their loops, joined."""
+        if len(self.equations) > len(self.unknowns):
+            return [self.name] * len(self.unknowns)
+        return [equation.loop.name for equation in self.equations]
 
     @property
     def inputs(self) -> list[int]:

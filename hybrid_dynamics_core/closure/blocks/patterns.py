@@ -51,10 +51,11 @@ class Context:
 
 def solver_for(block: EquationBlock, context: Context) -> BlockSolver:
     """The solver of a block of equations."""
-    for pattern in _PATTERNS:
-        solver = pattern(block, context)
-        if solver is not None:
-            return solver
+    if len(block.equations) == len(block.unknowns):
+        for pattern in _PATTERNS:
+            solver = pattern(block, context)
+            if solver is not None:
+                return solver
     involved = frozenset().union(*(equation.involved for equation in block.equations))
     revolute = {k: context.revolute(k) for k in involved}
     return NewtonBlock(block.equations, block.unknowns, revolute)

@@ -10,6 +10,9 @@ from typing import NamedTuple
 from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
 
+# residual, in lengths of the loop, above which an equation does not hold
+OPEN = 1e-6
+
 Row = dict[int, Scalar]  # coordinate -> coefficient, zeros omitted
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from ...description.model import Closure, RobotDescription
 from ...mechanism.tree import Tree
 from .ball_cut import cut_at_ball
+from .closure_place import placed
 from .equations import LoopEquations
 from .joint_coupling import JointCoupling
 from .leg import Direction, Distance, find_pivot
@@ -35,10 +36,11 @@ def loop_equations(
     Raises:
         DescriptionError: a closure is not of the kind that the file says.
     """
-    chains = {closure.name: closure_chains(tree, closure) for closure in robot.closures}
+    closures = [placed(tree, robot, closure) for closure in robot.closures]
+    chains = {closure.name: closure_chains(tree, closure) for closure in closures}
     private = _in_one_loop(chains.values()) & unknowns
     loops: list[LoopEquations] = []
-    for closure in robot.closures:
+    for closure in closures:
         try:
             equations = planar_equations(tree, closure)
         except ValueError as error:
