@@ -163,6 +163,26 @@ class Actuation:
             MappingProxyType({name: at_limit[..., k] for k, name in enumerate(names)}),
         )
 
+    @property
+    def effort_ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest effort of each of `all_drives` [N m, N], infinite without a limit."""
+        return MappingProxyType({name: self._force_bounds(name) for name in self.all_drives})
+
+    def drive_rates(self, state: ClosedState) -> Array:
+        """Rates of `all_drives` per unit rates of the active coordinates.
+
+        Args:
+            state: closed state, or a batch of N.
+
+        Returns:
+            (m, n) or (N, m, n): forces f of the drives act as tau = rates^T f.
+        """
+        self._closure.check_state(state)
+        columns = [self._rates_of(state.R, name) for name in self.all_drives]
+        if not columns:
+            return np.zeros((*state.u.shape[:-1], 0, state.u.shape[-1]))
+        return np.stack(columns, axis=-2)
+
     def _force_bounds(self, name: str) -> tuple[float, float]:
         """Least and greatest force [N] or torque [N m] of a drive."""
         if name in self._transmissions:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from numpy.typing import ArrayLike
 
+from ..capability import Capability
 from ..closed_state.state import ClosedState
 from ..description.actuators import HydraulicCylinder
 from ..description.model import JointType, RobotDescription
@@ -338,6 +339,46 @@ class Robot:
         """All driven joints, including redundant ones, in the order of the coordinates."""
         return self._actuation.all_drives
 
+    @property
+    def effort_ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest effort of each of `all_drives` [N m, N], infinite without a limit.
+
+        They are effort limits, and pressures of cylinders.
+        """
+        return self._actuation.effort_ranges
+
+    @property
+    def rate_ranges(self) -> Mapping[str, float]:
+        """Largest rate of each coordinate [rad/s, m/s], infinite without a limit."""
+        joints = self.description.joints
+        return {name: joints[name].velocity_limit for name in self.coordinates}
+
+    def capability(
+        self,
+        state: ClosedState,
+        loads: Loads | None = None,
+        frame: str | None = None,
+        efforts: Mapping[str, float] | None = None,
+        rates: Mapping[str, float] | None = None,
+    ) -> Capability:
+        """What the robot can do at a state within the limits of its drives.
+
+        Args:
+            state: one closed state.
+            loads: loads besides the actuators; `robot.loads` if None.
+            frame: name in `frames`; the end effector if None.
+            efforts: other largest efforts [N m, N] by drive.
+            rates: other largest rates [rad/s, m/s] by coordinate.
+
+        Returns:
+            Forces, accelerations, speeds and loads, computed when asked for.
+
+        Raises:
+            InputError: a name is unknown, or the state is a batch.
+        """
+        return Capability(self, state, loads, frame, efforts, rates)
+
+    drive_rates = delegate("_actuation", Actuation.drive_rates)
     distribute = delegate("_actuation", Actuation.distribute)
     generalised_forces = delegate("_actuation", Actuation.generalised_forces)
     drive_forces = delegate("_actuation", Actuation.drive_forces)

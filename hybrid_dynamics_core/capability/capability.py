@@ -1,0 +1,331 @@
+"""What a robot can do at a state within the limits of its drives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..closed_state.state import ClosedState
+from ..description.effects import Payload
+from ..dynamics.loads import Loads
+from ..errors import InputError
+from ..ground.arrays import Array
+from ..ground.check_arguments import real_number
+from ..ground.check_arrays import mapping_of, real_array
+from ..ground.suggestions import no_such_name
+from .box_image import BoxImage, UnlimitedError, solutions
+from .polytope import Polytope, hull
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")  # forces or translations, moments or rotations
+AT_LIMIT = 1e-6  # share of a range within which a force is at its limit
+
+
+class Machine(Protocol):
+    """What capability takes of a robot."""
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """Names of active coordinates."""
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates."""
+
+    @property
+    def all_drives(self) -> tuple[str, ...]:
+        """Names of all drives."""
+
+    @property
+    def effort_ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest effort by drive."""
+
+    @property
+    def rate_ranges(self) -> Mapping[str, float]:
+        """Largest rate by coordinate."""
+
+    @property
+    def loads(self) -> Loads:
+        """Loads of the description."""
+
+    def drive_rates(self, state: ClosedState) -> Array:
+        """Rates of the drives per unit rates (m, n)."""
+
+    def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
+        """Jacobian of a frame (6, n)."""
+
+    def inverse_dynamics(
+        self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
+    ) -> Array:
+        """Efforts (n,)."""
+
+    def minimal_form(
+        self, state: ClosedState, loads: Loads | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Mass matrix (n, n) and others."""
+
+
+@dataclass(frozen=True, eq=False)
+class Largest:
+    """The largest value of something, and why it is no larger.
+
+    Attributes:
+        value: [N, N m or kg]; infinite without a limit, negative infinity where the drives cannot
+            even hold the state.
+        limited_by: drives at a limit there; none where nothing limits.
+        efforts: effort by drive there [N m, N].
+    """
+
+    value: float
+    limited_by: tuple[str, ...]
+    efforts: Mapping[str, float]
+
+
+class Capability:
+    """Forces, accelerations, speeds and loads at one state within the limits of the drives.
+
+    Axes are those of the base: x, y, z for forces and translations, rx, ry, rz for moments and
+    rotations about the frame's origin.
+    """
+
+    def __init__(
+        self,
+        machine: Machine,
+        state: ClosedState,
+        loads: Loads | None = None,
+        frame: str | None = None,
+        efforts: Mapping[str, float] | None = None,
+        rates: Mapping[str, float] | None = None,
+    ) -> None:
+        """Capability of a robot at a state.
+
+        Args:
+            machine: the robot.
+            state: one closed state.
+            loads: loads besides the actuators; those of the description if None.
+            frame: name of the frame; the end effector if None.
+            efforts: other largest efforts [N m, N] by drive.
+            rates: other largest rates [rad/s, m/s] by coordinate.
+
+        Raises:
+            InputError: a name is unknown, or the state is a batch.
+        """
+        if state.u.ndim != 1:
+            raise InputError("capability is that of one state; expected no batch")
+        self._machine = machine
+        self._state = state
+        self._loads = machine.loads if loads is None else loads
+        self._frame = frame
+        self.drives = machine.all_drives
+        self._jacobian = machine.jacobian(state, frame)
+        self._to_tau = machine.drive_rates(state).T
+        self.limits = _limits(machine, efforts)
+        self.rates = _rates(machine, rates)
+        self._still = np.zeros(len(machine.active))
+
+    def forces(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
+        """Forces and moments of the frame on what it touches, with the others zero.
+
+        Args:
+            axes: names in x, y, z, rx, ry, rz.
+
+        Raises:
+            UnlimitedError: an InputError: a drive without a limit gives any force.
+        """
+        chosen = _axes(axes)
+        return self._polytope(self._forces(np.eye(6)[chosen]), axes)
+
+    def largest_force(self, direction: ArrayLike) -> Largest:
+        """The largest force of the frame on what it touches along a direction.
+
+        Args:
+            direction: (3,) in base axes, or (6,) with a moment; its length does not matter.
+        """
+        unit = _direction(direction)
+        return self._largest(self._forces(unit[None]), np.ones(1))
+
+    def accelerations(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
+        """Accelerations of the frame from rest [m/s^2, rad/s^2].
+
+        Raises:
+            InputError: the state moves.
+        """
+        if np.any(self._state.du):
+            raise InputError("accelerations are those from rest; expected a state without rates")
+        mass, _, _ = self._machine.minimal_form(self._state, self._loads)
+        image = solutions(self._to_tau, mass, self._needed(), *self._bounds())
+        rows = self._jacobian[_axes(axes)]
+        mapped = BoxImage(
+            rows @ image.y0,
+            rows @ image.Y,
+            image.x0,
+            image.X,
+            image.lower,
+            image.upper,
+            image.is_possible,
+        )
+        return self._polytope(mapped, axes)
+
+    def speeds(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
+        """Velocities of the frame within the rates of the joints [m/s, rad/s]."""
+        rows = [self._machine.coordinates.index(name) for name in self.rates]
+        most = np.array(list(self.rates.values()))
+        rates = np.reshape(self._state.R[rows], (len(rows), len(self._still)))
+        jacobian = self._jacobian[_axes(axes)]
+        zero = np.zeros(len(jacobian))
+        image = BoxImage(zero, jacobian, np.zeros(len(most)), rates, -most, most)
+        return self._polytope(image, axes, tuple(self.rates))
+
+    def lifted_mass(self, com: ArrayLike = (0.0, 0.0, 0.0)) -> Largest:
+        """The largest mass that the drives hold at rest at the frame.
+
+        Args:
+            com: its centre of mass (3,) in the frame [m].
+        """
+        still = self._standstill()
+        payload = Payload(1.0, com)
+        frame = self._frame or "end_effector"
+        held = self._machine.inverse_dynamics(still, self._still, self._loads)
+        with_load = self._loads.with_payload(payload, frame)
+        more = self._machine.inverse_dynamics(still, self._still, with_load) - held
+        image = solutions(self._to_tau, more[:, None], held, *self._bounds())
+        return self._largest(image, np.ones(1))
+
+    def breakout(self, drive: str, retracting: bool = False) -> Largest:
+        """The largest force of the frame along its path when one drive moves.
+
+        With a bucket's cylinder, that is the breakout force at the teeth.
+
+        Args:
+            drive: name of the drive.
+            retracting: whether the drive moves back.
+        """
+        if drive not in self.drives:
+            raise InputError(no_such_name("drive", drive, self.drives))
+        unit = np.zeros(len(self.drives))
+        unit[self.drives.index(drive)] = 1.0
+        if retracting:
+            unit = -unit
+        rates = np.linalg.lstsq(self._to_tau.T, unit)[0]
+        velocity = self._jacobian[:3] @ rates
+        if not np.linalg.norm(velocity) > 1e-9 * np.abs(self._jacobian).max(initial=1e-300):
+            raise InputError(f"{drive} does not move the frame here")
+        return self.largest_force(velocity)
+
+    def _forces(self, wrenches: Array) -> BoxImage:
+        """Forces along some wrenches (k, 6) of the frame on what it touches."""
+        along = self._jacobian.T @ wrenches.T
+        return solutions(self._to_tau, along, self._needed(), *self._bounds())
+
+    def _needed(self) -> Array:
+        """Efforts (n,) that the state takes without acceleration."""
+        return self._machine.inverse_dynamics(self._state, self._still, self._loads)
+
+    def _standstill(self) -> ClosedState:
+        if np.any(self._state.du):
+            raise InputError("a lifted mass is held at rest; expected a state without rates")
+        return self._state
+
+    def _bounds(self) -> tuple[Array, Array]:
+        bounds = np.reshape([self.limits[name] for name in self.drives], (-1, 2))
+        return bounds[:, 0], bounds[:, 1]
+
+    def _polytope(
+        self, image: BoxImage, axes: Sequence[str], names: tuple[str, ...] | None = None
+    ) -> Polytope:
+        """The polytope of an image."""
+        names = self.drives if names is None else names
+        try:
+            points, forces = image.vertices()
+        except UnlimitedError as error:
+            free = [name for name in names if not _is_limited(name, names, image)]
+            listed = ", ".join(free) or "a joint"
+            raise UnlimitedError(
+                f"nothing limits it along {', '.join(axes)}: {listed} has no limit; give one, as"
+                f" efforts={{'{names[0] if names else 'q1'}': 1e4}} or rates, or other axes"
+            ) from error
+        at_limit = [_at_limit(names, row, image) for row in forces]
+        return hull(points, tuple(axes), at_limit)
+
+    def _largest(self, image: BoxImage, unit: Array) -> Largest:
+        """The largest y of an image of one dimension."""
+        try:
+            points, forces = image.vertices()
+        except UnlimitedError:
+            return Largest(np.inf, (), {})
+        if not len(points):
+            return Largest(-np.inf, (), {})
+        values = points @ unit
+        best = int(np.argmax(values))
+        efforts = dict(zip(self.drives, forces[best].tolist(), strict=True))
+        return Largest(float(values[best]), _at_limit(self.drives, forces[best], image), efforts)
+
+
+def _is_limited(name: str, names: Sequence[str], image: BoxImage) -> bool:
+    k = list(names).index(name)
+    return bool(np.isfinite(image.lower[k]) and np.isfinite(image.upper[k]))
+
+
+def _at_limit(names: Sequence[str], forces: Array, image: BoxImage) -> tuple[str, ...]:
+    """Names of forces (m,) at a limit."""
+    width = np.where(np.isfinite(image.upper - image.lower), image.upper - image.lower, 0.0)
+    low = forces <= image.lower + AT_LIMIT * width
+    high = forces >= image.upper - AT_LIMIT * width
+    return tuple(name for name, at in zip(names, low | high, strict=True) if at)
+
+
+def _limits(
+    machine: Machine, efforts: Mapping[str, float] | None
+) -> dict[str, tuple[float, float]]:
+    """Least and greatest effort by drive, changed by the caller's."""
+    limits = dict(machine.effort_ranges)
+    for name, value in mapping_of("efforts", efforts).items():
+        if name not in limits:
+            raise InputError(f"efforts: {no_such_name('drive', name, limits)}")
+        limits[name] = (-_positive(name, value), _positive(name, value))
+    return limits
+
+
+def _rates(machine: Machine, rates: Mapping[str, float] | None) -> dict[str, float]:
+    """Largest rate by coordinate, of those with a limit."""
+    limits = dict(machine.rate_ranges)
+    for name, value in mapping_of("rates", rates).items():
+        if name not in limits:
+            raise InputError(f"rates: {no_such_name('coordinate', name, limits)}")
+        limits[name] = _positive(name, value)
+    return {name: value for name, value in limits.items() if np.isfinite(value)}
+
+
+def _positive(name: str, value: ArrayLike) -> float:
+    number = real_number(name, value)
+    if not number >= 0.0:
+        raise InputError(f"{name}: the limit is {number:g}; expected zero or more")
+    return number
+
+
+def _axes(axes: Sequence[str]) -> list[int]:
+    """Rows of axes."""
+    rows: list[int] = []
+    for name in axes:
+        if name not in AXES:
+            raise InputError(f"axes: {no_such_name('axis', name, AXES)}")
+        rows.append(AXES.index(name))
+    if not rows or len(set(rows)) < len(rows):
+        raise InputError("axes: expected one or more, each once")
+    return rows
+
+
+def _direction(direction: ArrayLike) -> Array:
+    """A unit wrench (6,)."""
+    values = real_array("direction", direction)
+    size = float(np.linalg.norm(values))
+    if values.shape not in ((3,), (6,)) or not 0.0 < size < np.inf:
+        raise InputError(
+            f"direction has shape {values.shape}; expected 3 or 6 finite numbers, not all zero"
+        )
+    unit = np.zeros(6)
+    unit[: len(values)] = values / size
+    return unit
