@@ -6,6 +6,7 @@ import pytest
 
 from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_core.description.checks.plausible_masses import MEDIAN_RATIO, NEXT_RATIO
+from hybrid_dynamics_core.description.model import Link
 from tests.description.robots import HEAD, parse
 
 ARM = (
@@ -82,3 +83,10 @@ def test_inertias_in_other_units_are_reported(unit: float) -> None:
     assert ": links.hand.inertia: its 5 kg would have to be" in doubt
     assert "1 g mm^2 is 1e-9" in doubt
     assert not parse(text.replace(moments, "xx: 0.03, yy: 0.04, zz: 0.05")).warnings
+
+
+def test_a_link_of_which_nothing_is_said_has_no_mass_and_no_weight_taken_off() -> None:
+    link = Link("a")
+    assert (link.mass, link.compensated_mass, link.gravity_compensation) == (0.0, 0.0, 0.0)
+    for part in (link.com, link.inertia, link.compensated_com):
+        assert not part.any()

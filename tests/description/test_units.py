@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import DescriptionError, load, shipped_robots
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.description.expressions import evaluate
+from hybrid_dynamics_core.ground import quantities
 from hybrid_dynamics_core.ground.quantities import UNITS
 from tests.description.robots import parse
 from tests.sampling import examples
@@ -210,6 +211,14 @@ EXPRESSIONS = {
 @pytest.mark.parametrize(("text", "value"), EXPRESSIONS.items())
 def test_units_in_expressions(text: str, value: float) -> None:
     assert evaluate(text, {"reach": 600.0}) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("unit", "text"),
+    [("rad", "an angle"), ("m rad", "of the unit m rad"), ("kg^2/s", "of the unit kg^2 s^-1")],
+)
+def test_units_without_a_word_are_told_by_their_powers(unit: str, text: str) -> None:
+    assert quantities.described(quantities.dimension_of(unit)) == text
 
 
 WRONG = {

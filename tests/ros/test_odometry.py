@@ -111,6 +111,15 @@ def test_angles_on_topics_are_those_of_the_urdf_at_every_orientation(seed: int) 
         assert rotation.as_matrix() == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.parametrize("late", [-199, -20, 0, 20, 199])
+def test_odometry_near_the_stamp_of_a_joint_state_is_taken(late: int) -> None:
+    pipeline = pipeline_of(floating_robot())
+    pipeline.odometry.take(odometry(START, np.random.default_rng(0), np.zeros(6)))
+    assert pipeline.odometry.at(START + late * MS) is pipeline.odometry.newest
+    with pytest.raises(RejectedError, match=r"within 0\.2 s"):
+        pipeline.odometry.at(START + late * MS + int(math.copysign(201, late)) * MS)
+
+
 def test_a_joint_state_needs_odometry_near_its_stamp() -> None:
     robot = floating_robot()
     pipeline = pipeline_of(robot)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hybrid_dynamics_core import InputError, Payload, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
@@ -23,12 +25,19 @@ from hybrid_dynamics_core.view.panel_html import (
     problem_html,
     state_html,
 )
-from hybrid_dynamics_core.view.ranges import Range, on_round_steps, on_step, slider_ranges
+from hybrid_dynamics_core.view.ranges import (
+    Range,
+    on_round_steps,
+    on_step,
+    round_above,
+    round_value,
+    slider_ranges,
+)
 from hybrid_dynamics_core.view.session import DriveEfforts, ViewSession
 from hybrid_dynamics_core.view.state_interpolation import SPAN
 from tests.export.test_round_trip import CART
 from tests.mechanisms import changed
-from tests.sampling import swept
+from tests.sampling import examples, swept
 
 from .conftest import Opened
 
@@ -142,6 +151,15 @@ def test_sliders_reach_as_far_as_the_loops_close(name: str) -> None:
             target = np.array(robot.reference)
             target[k] = end
             assert session.move(target), session.problem
+
+
+@given(st.floats(1e-6, 1e6))
+@examples(80)
+def test_round_numbers_are_one_two_or_five_and_near(value: float) -> None:
+    every = np.array([digit * 10.0**power for power in range(-8, 8) for digit in (1, 2, 5)])
+    nearest = every[np.argmin(np.abs(np.log(every / value)))]
+    assert round_value(value) == pytest.approx(nearest, rel=1e-12)
+    assert round_above(value) == pytest.approx(every[every >= value * (1.0 - 1e-9)].min())
 
 
 @pytest.mark.parametrize(
