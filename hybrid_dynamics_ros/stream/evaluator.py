@@ -14,13 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import ClosedState, Loads, Robot
+from hybrid_dynamics_core.algebra.charts import FIRST
 from hybrid_dynamics_core.robot.compiled_calls import Call
 
 from ..messages.joint_samples import Calibration, FloatArray, OrderedMotion
 from .filter.filter import StampEvent
 from .filter.rate_estimator import MotionEstimator, RateRows
 from .filter.routes import Kalman
-from .floating.first_charts import require_first_charts, require_first_reference
+from .floating.first_charts import (
+    charts_of,
+    in_first_charts,
+    require_first_charts,
+    require_first_reference,
+    turned_to_first,
+)
 from .joint_groups import GroupedEstimator, State, stamp_of
 from .results import MotionResult, OneOrRows
 from .turns import TurnCounter, TurnRows, TurnState
@@ -68,12 +75,12 @@ class MotionEvaluator:
             kalman: settings of a Kalman filter; None: polynomial filters.
 
         Raises:
-            InputError: the measured coordinates do not determine the others, or a ball joint is in
-                its second chart at the reference.
+            InputError: the measured coordinates do not determine the others, or a measured ball
+                joint is in its second chart at the reference.
         """
         self.robot = robot
-        self._require_reference()
         self.measured = tuple(measured or robot.active)
+        self._require_reference()
         self.calibration: Calibration | None = None
         self.mode: ClosedState | None = None
         self.gap = 0.0
@@ -84,6 +91,8 @@ class MotionEvaluator:
         self._near: ClosedState | None = None
         start = robot.close(robot.reference)
         self._branch = start.branch
+        self._charts = charts_of(robot, start)
+        self._is_in_second_charts = bool(np.any(self._charts != FIRST))
         # For readings, and for motions with given rates.
         self._turned: TurnState | None = None
         self._turned_given: TurnState | None = None
@@ -94,8 +103,8 @@ class MotionEvaluator:
             robot.close_given({name: float(start.s[k]) for name, k in places.items()})
 
     def _require_reference(self) -> None:
-        """Raise InputError if a ball joint is in its second chart at the reference."""
-        require_first_reference(self.robot)
+        """Raise InputError if a measured ball joint is in its second chart at the reference."""
+        require_first_reference(self.robot, self.measured)
 
     @property
     def loads(self) -> Loads:
@@ -261,6 +270,8 @@ class MotionEvaluator:
         """
         result = self._evaluate(stamp_ns, motion, event)
         position = result.position
+        if self._is_in_second_charts:
+            position = result.state.s  # angles continue in their own charts
         self.last = position[-1] if position.ndim == 2 else position
         return result
 
@@ -299,13 +310,14 @@ class MotionEvaluator:
         s, ds, _, _, residuals, distances = closed
         for array in (u, du, ddu, efforts, s, ds):
             array.flags.writeable = False
+        position, velocity = turned_to_first(robot, self._charts, s, ds)
         return MotionResult(  # plain floats; the state is made on demand
             robot,
             self._loads,
             stamp_ns,
             motion,
-            s,
-            ds,
+            position,
+            velocity,
             efforts,
             max(map(abs, residuals.tolist()), default=0.0),
             robot.loop_distances(distances),
@@ -342,13 +354,14 @@ class MotionEvaluator:
         efforts: FloatArray | None,
         event: StampEvent | None,
     ) -> MotionResult:
+        position, velocity = in_first_charts(self.robot, state)
         return MotionResult(
             robot=self.robot,
             loads=self._loads,
             stamp_ns=stamp_ns,
             active=active,
-            position=state.s,
-            velocity=None if active.velocity is None else state.ds,
+            position=position,
+            velocity=None if active.velocity is None else velocity,
             efforts=efforts,
             residual=state.residual,
             distances=state.distances,
@@ -370,7 +383,7 @@ class MotionEvaluator:
         else:
             values, rates, accelerations = motion.by_name(self.measured)
             state = self.robot.close_given(values, rates, accelerations, near=near)
-        require_first_charts(self.robot, state)
+        require_first_charts(self.robot, state, self.measured)
         self._near = state
         if self._measures_active or motion.acceleration is None or state.dds is None:
             return state, motion.acceleration

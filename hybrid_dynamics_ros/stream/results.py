@@ -23,8 +23,8 @@ OneOrRows = Any  # a number for one sample, an array (N,) for rows
 class MotionResult:
     """The result of one sample, or of N rows with the same known quantities.
 
-    Coordinates are in the order of ``robot.coordinates``. Those of a floating base are in the first
-    chart in `position` and `velocity`, and in the chart of `state` in `active` and `efforts`.
+    Coordinates are in the order of ``robot.coordinates``. Those of ball and free joints are in the
+    first chart in `position` and `velocity`, and in the chart of `state` in `active` and `efforts`.
     Arrays are read-only, with a leading N for rows.
 
     Attributes:
@@ -65,7 +65,7 @@ class MotionResult:
 
     @cached_property
     def state(self) -> ClosedState:
-        """The closed state, equal to the arrays above bit by bit.
+        """The closed state, equal to the arrays above bit by bit but for other charts.
 
         If velocities are unknown, its rates are zero and meaningless.
         """

@@ -13,7 +13,7 @@ from ..filter.filter import StampEvent
 from ..filter.routes import Kalman
 from ..results import MotionResult, OneOrRows
 from .base import FloatingBase
-from .first_charts import in_first_charts, require_first_charts, require_first_reference
+from .first_charts import require_first_charts, require_first_reference
 
 
 class FloatingEvaluator(MotionEvaluator):
@@ -44,7 +44,7 @@ class FloatingEvaluator(MotionEvaluator):
         super().__init__(robot, bandwidth, max_gap, measured, kalman)
 
     def _require_reference(self) -> None:
-        require_first_reference(self.robot, self.base.joint)
+        require_first_reference(self.robot, self.measured, self.base.joint)
 
     def _evaluate(
         self, stamp_ns: OneOrRows, motion: OrderedMotion, event: StampEvent | None
@@ -56,15 +56,13 @@ class FloatingEvaluator(MotionEvaluator):
             near = self.mode if event in RESTARTS else self._near
         poses, twists = {base.joint: moving.pose}, {base.joint: moving.twist}
         state = self._followed(robot.close_at_poses(poses, twists, u, du, near))
-        require_first_charts(robot, state, base.joint)
+        require_first_charts(robot, state, self.measured, base.joint)
         self._near = state
         forces = self._forces(state, motion)
         velocity = None if du is None else state.du
         active = OrderedMotion(state.u, velocity, forces.acceleration)
         result = self._result(stamp_ns, state, active, forces.efforts, event)
-        s, ds = in_first_charts(robot, state)
-        result.position, result.base_wrench = s, forces.wrench
-        result.velocity = None if du is None else ds
+        result.base_wrench = forces.wrench
         return result
 
     def _forces(self, state: ClosedState, motion: OrderedMotion) -> _Forces:

@@ -2,44 +2,55 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot, SingularityError
-from hybrid_dynamics_core.algebra.charts import FIRST, angles_in, rate_matrix
+from hybrid_dynamics_core.algebra.charts import FIRST, SECOND, angles_in, rate_matrix
 
 from ...messages.joint_samples import FloatArray
 
 _SINGULAR = 1e-9  # cosine of the second angle below which rates are undefined
 
 
-def require_first_reference(robot: Robot, base: str = "") -> None:
-    """Raise InputError if a ball or free joint is in its second chart at the reference.
+def require_first_reference(robot: Robot, given: Collection[str], base: str = "") -> None:
+    """Raise InputError if a given ball or free joint is in its second chart at the reference.
 
     Args:
         robot: the robot.
+        given: names of the coordinates that messages give.
         base: name of the joint with odometry, which is exempt.
     """
     for name, chart in robot.description.charts.items():
-        if chart != FIRST and name != base:
+        turns = robot.description.multi_dof[name].turns
+        if chart != FIRST and name != base and not set(turns).isdisjoint(given):
             raise InputError(
                 f"joint {name}: its second turn is beyond a radian at the reference, where topics"
                 " and URDF have no good angles for it; turn the origin of the joint"
             )
 
 
-def require_first_charts(robot: Robot, state: ClosedState, base: str = "") -> None:
+def require_first_charts(
+    robot: Robot, state: ClosedState, given: Collection[str] | None = None, base: str = ""
+) -> None:
     """Raise SingularityError if a ball joint in a loop changed to its second chart.
 
     Args:
         robot: the robot.
         state: its state.
+        given: names of the coordinates that messages give. Only joints with one of these count;
+            all joints if None.
         base: name of the joint with odometry, which is exempt.
     """
-    names = [joint.name for joint in robot.description.freely_turning]
-    if not names:
+    joints = robot.description.freely_turning
+    if not joints:
         return
-    is_second = _charts(robot, state) != FIRST
-    is_second[..., [name == base for name in names]] = False
+    is_second = charts_of(robot, state) != FIRST
+    for k, joint in enumerate(joints):
+        is_given = given is None or not set(joint.turns).isdisjoint(given)
+        if not is_given or joint.name == base:
+            is_second[..., k] = False
     if np.any(is_second):
         problem = (
             "a ball or free joint is so near a quarter turn of its second turn that it has no good"
@@ -54,25 +65,38 @@ def in_first_charts(robot: Robot, state: ClosedState) -> tuple[FloatArray, Float
     If the second angle is exactly a quarter turn, rates are undefined, and are NaN.
 
     Returns:
-        (n_s,) [rad, m] and (n_s,) [rad/s, m/s].
+        (n_s,) [rad, m] and (n_s,) [rad/s, m/s]; (N, n_s) for rows.
     """
-    charts = _charts(robot, state)
+    return turned_to_first(robot, charts_of(robot, state), state.s, state.ds)
+
+
+def turned_to_first(
+    robot: Robot, charts: FloatArray, s: FloatArray, ds: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates (n_s,) and rates, or rows of them, turned from some charts to the first ones."""
     if np.all(charts == FIRST):
-        return state.s, state.ds
-    s, ds = state.s.copy(), state.ds.copy()
-    for chart, joint in zip(charts, robot.description.freely_turning, strict=True):
-        if chart != FIRST:
-            turns = [robot.coordinates.index(name) for name in joint.turns]
-            omega = rate_matrix(s[turns]) @ ds[turns]
-            angles = angles_in(s[turns], chart, FIRST)
-            s[turns], ds[turns] = angles, np.nan
-            if abs(np.cos(angles[1])) > _SINGULAR:
-                ds[turns] = np.linalg.solve(rate_matrix(angles), omega)
+        return s, ds
+    s, ds = s.copy(), ds.copy()
+    charts = np.broadcast_to(charts, (*s.shape[:-1], charts.shape[-1]))
+    for k, joint in enumerate(robot.description.freely_turning):
+        turns = [robot.coordinates.index(name) for name in joint.turns]
+        for row in np.ndindex(s.shape[:-1]):
+            if charts[row][k] != FIRST:
+                _turn_to_first(s[row], ds[row], turns)
     s.flags.writeable = ds.flags.writeable = False
     return s, ds
 
 
-def _charts(robot: Robot, state: ClosedState) -> FloatArray:
+def _turn_to_first(s: FloatArray, ds: FloatArray, turns: list[int]) -> None:
+    """Turn one joint of one configuration from the second to the first chart, in place."""
+    omega = rate_matrix(s[turns]) @ ds[turns]
+    angles = angles_in(s[turns], SECOND, FIRST)
+    s[turns], ds[turns] = angles, np.nan
+    if abs(np.cos(angles[1])) > _SINGULAR:
+        ds[turns] = np.linalg.solve(rate_matrix(angles), omega)
+
+
+def charts_of(robot: Robot, state: ClosedState) -> FloatArray:
     """Charts of ball and free joints, (c,) or (N, c)."""
     signs = state.signs
     charts: FloatArray = signs[..., signs.shape[-1] - len(robot.middle_turns) :].copy()
