@@ -22,6 +22,7 @@ EXTRAS = {
     "xacro": ["xacro>=2.1"],
     "mjcf": ["mujoco-core>=4.0"],  # the module mujoco without a viewer; mujoco serves too
     "drives": ["daqp>=0.8"],  # quadratic programs of redundant drives
+    "jax": ["jax>=0.6"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names:
     # the others resolve to newer distributions. The extra fastrtps brings the middleware. The
     # interfaces come from this repository: pip install ./msg_defs ".[ros]"
@@ -42,6 +43,7 @@ EXTRAS = {
         "daqp>=0.8",
         "distributed",
         "hypothesis",
+        "jax>=0.6",
         "matplotlib",
         "mcap",
         "mujoco",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -28,6 +29,9 @@ from .joint_poses import JointPoses
 from .kernel_store import KernelStore
 from .kinematics import Kinematics
 from .model import RobotModel
+
+if TYPE_CHECKING:
+    from .frameworks.jax_calls import JaxCalls
 
 
 class Robot:
@@ -390,5 +394,16 @@ class Robot:
     def kernels(self) -> RobotKernels:
         """Compiled calls, from active coordinates to a result, for the least overhead."""
         return RobotKernels(self._kernels, self._closure, self._dynamics, self.loads)
+
+    @lazy
+    def jax(self) -> JaxCalls:
+        """The calls as pure functions of JAX, with exact derivatives.
+
+        Raises:
+            InputError: JAX is not installed.
+        """
+        from .frameworks.jax_calls import JaxCalls  # noqa: PLC0415  JAX is an extra
+
+        return JaxCalls(self._closure, self._dynamics, self.loads)
 
     kernel = delegate("_kernels", KernelStore.kernel)

@@ -1,0 +1,243 @@
+"""JAX functions of a trace, elementwise.
+
+A trace has no branches, so the functions can be compiled, batched and differentiated by JAX.
+Newton's iteration is a loop that is differentiated by the implicit function theorem, in either
+direction and to any order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+
+from ...algebra.numerics import LARGEST_STEP, MAX_ITERATIONS, SMALL_STEP, TINY
+from ..graph import Operand, Symbol
+from ..trace import Check, Trace, trace_body
+
+Array = Any  # jax.Array; JAX is no dependency of type checks
+Vectors = Sequence[Sequence[Array]]
+
+_UNARY: Mapping[str, Callable[[Array], Array]] = {
+    "neg": lax.neg,
+    "sin": lax.sin,
+    "cos": lax.cos,
+    "sqrt": lax.sqrt,
+    "abs": lax.abs,
+    "rint": jnp.rint,
+}
+_BINARY: Mapping[str, Callable[[Array, Array], Array]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "atan2": jnp.arctan2,
+}
+_SMALL_STEP_32 = 1e-4  # squared, it is below the rounding of 32 bits
+
+
+class Values(NamedTuple):
+    """Values of a trace.
+
+    Attributes:
+        outputs: all outputs, in order, each (...,).
+        status: code of the first check that fails (...,), 0 if none does.
+    """
+
+    outputs: list[Array]
+    status: Array
+
+
+def evaluate(trace: Trace, vectors: Vectors, tolerance: Callable[[Check], float]) -> Values:
+    """Evaluate a trace.
+
+    Args:
+        trace: the traced program.
+        vectors: the components of its inputs, arrays of one type and one shape.
+        tolerance: by how much the value of a check may be below its threshold.
+    """
+    nodes = _Nodes(trace, vectors)
+    like = next(x for vector in vectors for x in vector)
+    status = jnp.zeros(like.shape, jnp.int32)
+    for check in reversed(trace.checks):  # the first failed check decides
+        passes = nodes.value(check.value) > check.threshold - tolerance(check)
+        status = jnp.where(passes, status, jnp.int32(check.code))
+    return Values([nodes.array(x) for x in trace.outputs], status)
+
+
+class _Nodes:
+    """The values of the live nodes of a trace."""
+
+    def __init__(self, trace: Trace, vectors: Vectors) -> None:
+        self._trace = trace
+        self._vectors = vectors
+        self._zero = jnp.zeros_like(next(x for vector in vectors for x in vector))
+        self._values: dict[int, Array] = {}
+        self._blocks: dict[int, Sequence[Array]] = {}
+        for index in trace.live:
+            self._values[index] = self._node(index)
+
+    def value(self, x: Operand) -> Array:
+        """The value of an operand."""
+        return self._values[x.index] if isinstance(x, Symbol) else float(x)
+
+    def array(self, x: Operand) -> Array:
+        """The value of an operand as an array, constants too."""
+        return self._values[x.index] if isinstance(x, Symbol) else self._zero + float(x)
+
+    def _operand(self, x: int | float) -> Array:
+        return self._values[x] if isinstance(x, int) else x
+
+    def _node(self, index: int) -> Array:
+        op, a, b = self._trace.graph.nodes[index]
+        if op == "input":
+            return self._vectors[int(a)][int(b)]
+        if op == "block":
+            return self._block(int(a))[int(b)]
+        first = self._operand(a)
+        if op in _UNARY:
+            return _UNARY[op](first)
+        return _BINARY[op](first, self._operand(b))
+
+    def _block(self, number: int) -> Sequence[Array]:
+        if number not in self._blocks:
+            block = self._trace.graph.blocks[number]
+            vectors = [[self.array(x) for x in vector] for vector in block.arguments]
+            vectors = lax.optimization_barrier(vectors)
+            if block.body is None:
+                self._blocks[number] = _inverted(vectors[0], block.size)
+            else:
+                body = trace_body(self._trace, number)
+                self._blocks[number] = _solved(body, block.size, *vectors)
+        return self._blocks[number]
+
+
+def _inverted(entries: Sequence[Array], size: int) -> list[Array]:
+    """The inverse row by row, then the determinant."""
+    rows = _rows(entries, size)
+    one, zero = jnp.ones_like(entries[0]), jnp.zeros_like(entries[0])
+    units = [[one if r == c else zero for c in range(size)] for r in range(size)]
+    inverse, determinant = _eliminated(rows, units)
+    return [*chain.from_iterable(inverse), determinant]
+
+
+def _solved(
+    body: Trace, size: int, guess: Sequence[Array], parameters: Sequence[Array]
+) -> Sequence[Array]:
+    """Solution and number of iterations of a Newton block, negative if they fail."""
+
+    def equations(x: Sequence[Array], p: Sequence[Array]) -> list[Array]:
+        return evaluate(body, (x, p), _exactly).outputs
+
+    def values(guess: Sequence[Array], p: Sequence[Array]) -> list[Array]:
+        return _newton(equations, size, guess, p)
+
+    def tangent(primals: Vectors, tangents: Vectors) -> tuple[list[Array], list[Array]]:
+        *x, count = solve(*primals)
+        p, push = primals[1], tangents[1]
+        _, slopes = jax.jvp(lambda p: equations(x, p)[:size], (p,), (push,))
+        jacobian = _rows(equations(x, p)[size:], size)
+        change = _solve_linear(jacobian, [-slope for slope in slopes])
+        return [*x, count], [*change, jnp.zeros_like(count)]
+
+    solve: Any = jax.custom_jvp(values)
+    solve.defjvp(tangent)
+    solution: list[Array] = solve(list(guess), list(parameters))
+    return solution
+
+
+def _exactly(_check: Check) -> float:
+    return 0.0
+
+
+def _newton(
+    equations: Callable[[Sequence[Array], Sequence[Array]], list[Array]],
+    size: int,
+    guess: Sequence[Array],
+    p: Sequence[Array],
+) -> list[Array]:
+    """Newton's iteration; every state stops by itself."""
+    like = guess[0]
+    small = SMALL_STEP if like.dtype == jnp.float64 else _SMALL_STEP_32
+
+    def advance(state: _Iteration) -> _Iteration:
+        values = equations(state.x, p)
+        step = _solve_linear(_rows(values[size:], size), values[:size])
+        longest = _maximum([jnp.abs(x) for x in step])
+        finite = longest < jnp.inf
+        share = jnp.minimum(1.0, LARGEST_STEP / jnp.maximum(longest, TINY))
+        share = jnp.where(state.works & finite, share, 0.0)
+        x = [jnp.where(share > 0.0, a - share * b, a) for a, b in zip(state.x, step, strict=True)]
+        count = jnp.where(state.works, state.count + 1, state.count)
+        converged = state.converged | (state.works & (longest < small))
+        works = state.works & finite & ~converged & (count < MAX_ITERATIONS)
+        return _Iteration(x, count, works, converged)
+
+    no = jnp.zeros(like.shape, bool)
+    start = _Iteration(list(guess), jnp.zeros_like(like), ~no, no)
+    last = lax.while_loop(lambda state: jnp.any(state.works), advance, start)
+    return [*last.x, jnp.where(last.converged, last.count, -last.count)]
+
+
+class _Iteration(NamedTuple):
+    """States of Newton's iteration.
+
+    Attributes:
+        x: the unknowns.
+        count: number of iterations so far.
+        works: whether a state is still iterated.
+        converged: whether it has converged.
+    """
+
+    x: list[Array]
+    count: Array
+    works: Array
+    converged: Array
+
+
+def _rows(flat: Sequence[Array], width: int) -> list[list[Array]]:
+    return [list(flat[k : k + width]) for k in range(0, len(flat), width)]
+
+
+def _maximum(values: Sequence[Array]) -> Array:
+    total = values[0]
+    for value in values[1:]:
+        total = jnp.maximum(total, value)
+    return total
+
+
+def _solve_linear(rows: list[list[Array]], right: Sequence[Array]) -> list[Array]:
+    """A^-1 b; not finite if A is singular."""
+    solution, _ = _eliminated(rows, [[x] for x in right])
+    return [row[0] for row in solution]
+
+
+def _eliminated(
+    left: list[list[Array]], right: list[list[Array]]
+) -> tuple[list[list[Array]], Array]:
+    """A^-1 B and det A, by Gauss and Jordan with pivoting, state by state.
+
+    LAPACK would take longer than the whole closure for the few unknowns of a loop.
+    """
+    size = len(left)
+    rows = [[*a, *b] for a, b in zip(left, right, strict=True)]
+    determinant = jnp.ones_like(rows[0][0])
+    for c in range(size):
+        for r in range(c + 1, size):
+            swaps = jnp.abs(rows[r][c]) > jnp.abs(rows[c][c])
+            pairs = list(zip(rows[c], rows[r], strict=True))
+            rows[c] = [jnp.where(swaps, b, a) for a, b in pairs]
+            rows[r] = [jnp.where(swaps, a, b) for a, b in pairs]
+            determinant = jnp.where(swaps, -determinant, determinant)
+        determinant = determinant * rows[c][c]
+        rows[c] = [x / rows[c][c] for x in rows[c]]
+        for r in range(size):
+            if r != c:
+                factor = rows[r][c]
+                rows[r] = [x - factor * y for x, y in zip(rows[r], rows[c], strict=True)]
+        rows = lax.optimization_barrier(rows)  # XLA would repeat a column in each later entry
+    return [row[size:] for row in rows], determinant

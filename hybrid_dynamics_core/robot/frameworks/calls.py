@@ -1,0 +1,165 @@
+"""The calls that frameworks have, and the traces of their values and exact derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ... import programs
+from ...algebra.scalar import Scalars
+from ...description.model import Frame
+from ...dynamics.load_pattern import LoadPattern
+from ...kernels.differentiate import jacobian
+from ...kernels.trace import Results, Trace, flatten, trace
+from ...programs import Inputs, Outcome, Program
+from ...programs.model import Model
+
+OfRobot = Callable[[LoadPattern, Frame], Program]
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call of a robot.
+
+    Attributes:
+        name: as in `robot.kernels`.
+        inputs: names of its vectors, in order.
+        results: names of its results in the program, in order.
+        program: the program for a pattern of loads and a frame.
+        derivatives: the program of its derivatives, if there is one.
+        slopes: results of that program, by the input that they are a derivative by.
+    """
+
+    name: str
+    inputs: tuple[str, ...]
+    results: tuple[str, ...]
+    program: OfRobot
+    derivatives: OfRobot | None = None
+    slopes: Mapping[str, str] = field(default_factory=dict)
+
+
+CALLS = (
+    Call("close", ("u", "du"), ("s", "ds"), lambda _pattern, _frame: programs.MOTION),
+    Call(
+        "forward_kinematics",
+        ("u",),
+        ("position", "rotation"),
+        lambda _pattern, frame: programs.forward_kinematics(frame),
+    ),
+    Call("jacobian", ("u",), ("jacobian",), lambda _pattern, frame: programs.jacobian(frame)),
+    Call(
+        "inverse_dynamics",
+        ("u", "du", "ddu", "gravity"),
+        ("tau",),
+        lambda pattern, _frame: programs.inverse_dynamics(pattern),
+        lambda pattern, _frame: programs.inverse_dynamics_derivatives(pattern),
+        {"u": "d_u", "du": "d_du", "ddu": "d_ddu"},
+    ),
+    Call(
+        "minimal_form",
+        ("u", "du", "gravity"),
+        ("M", "h", "g"),
+        lambda pattern, _frame: programs.minimal_form(pattern),
+    ),
+    Call(
+        "forward_dynamics",
+        ("u", "du", "tau", "gravity"),
+        ("ddu",),
+        lambda pattern, _frame: programs.forward_dynamics(pattern),
+        lambda pattern, _frame: programs.forward_dynamics_derivatives(pattern),
+        {"u": "d_u", "du": "d_du", "tau": "d_tau"},
+    ),
+)
+STEP = Call(  # the next start of a motion
+    "step", ("u",), ("start", "start_map"), lambda _pattern, _frame: programs.STEP
+)
+
+
+class CallTracer:
+    """Traces calls of a robot under loads.
+
+    Args:
+        model: the constants of the robot.
+        pattern: pattern of the loads.
+        constants: values of the inputs that do not vary.
+        frame: frame of the poses and Jacobians.
+        follows: whether loops without a closed form start from a closed configuration nearby.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        pattern: LoadPattern,
+        constants: Mapping[str, Scalars],
+        frame: Frame,
+        follows: bool,
+    ) -> None:
+        self._model = model
+        self._pattern = pattern
+        self._constants = constants
+        self._frame = frame
+        self._follows = follows
+
+    def start_names(self) -> tuple[str, ...]:
+        """Inputs for the start of a call, after its own inputs."""
+        return ("start", "start_map") if self._follows else ("guess",)
+
+    def values(self, call: Call) -> Trace:
+        """The results of a call, and its checks."""
+
+        def run(named: Mapping[str, Scalars]) -> Results:
+            results = self._run(call.program, named)
+            outputs = {name: results.outputs[name] for name in call.results}
+            return Results(outputs, results.checks)
+
+        return self._trace(call, run, call.name)
+
+    def slopes(self, call: Call, by: Sequence[str]) -> Trace:
+        """Derivatives of the flat results by some inputs, rows by result.
+
+        Args:
+            call: the call.
+            by: the inputs, in order.
+        """
+
+        def run(named: Mapping[str, Scalars]) -> Results:
+            outputs: dict[str, Any] = {}
+            ready = [name for name in by if name in call.slopes]
+            if ready and call.derivatives is not None:
+                results = self._run(call.derivatives, named)
+                for name in ready:
+                    outputs[name] = results.outputs[call.slopes[name]]
+            others = [name for name in by if name not in outputs]
+            if others:
+                results = self._run(call.program, named)
+                flat = flatten([results.outputs[name] for name in call.results])
+                for name in others:
+                    outputs[name] = jacobian(flat, list(named[name]))
+            return Results({name: outputs[name] for name in by}, [])
+
+        return self._trace(call, run, f"{call.name}_by_{'_'.join(by)}")
+
+    def _trace(
+        self, call: Call, run: Callable[[Mapping[str, Scalars]], Results], label: str
+    ) -> Trace:
+        names = (*call.inputs, *self.start_names())
+        sizes = [self._model.size(name) for name in names]
+
+        def text(*vectors: Scalars) -> Results:
+            return run(dict(zip(names, vectors, strict=True)))
+
+        return _with_kinds(trace(text, sizes, label))
+
+    def _run(self, of_robot: OfRobot, named: Mapping[str, Scalars]) -> Results:
+        program = of_robot(self._pattern, self._frame)
+        if self._follows:
+            program = program.from_start()
+        values = {**self._constants, **named}
+        return program.run(self._model, Inputs(**{name: values[name] for name in program.inputs}))
+
+
+def _with_kinds(traced: Trace) -> Trace:
+    """The trace with kinds of outcome as codes of its checks."""
+    checks = [replace(one, code=int(Outcome.decode(one.code).kind)) for one in traced.checks]
+    return replace(traced, checks=tuple(checks))

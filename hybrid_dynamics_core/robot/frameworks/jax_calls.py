@@ -1,0 +1,315 @@
+"""The calls of a robot as pure functions of JAX.
+
+    tau, status = robot.jax.inverse_dynamics(u, du, ddu)
+    slope = jax.jacobian(lambda u: robot.jax.inverse_dynamics(u, du, ddu)[0])(u)
+
+They can be compiled by `jax.jit`, mapped by `jax.vmap` and differentiated by `jax.grad`. The
+derivatives are exact: they are those of `robot.inverse_dynamics_derivatives` and the like, traced
+from the same programs. They are not derivatives of iterations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...dynamics.loads import Loads
+from ...errors import InputError
+from ...ground.lazy import lazy
+from ...kernels.trace import Check, Trace
+from ...programs import OutcomeKind
+from ..closure import Closure
+from ..dynamics import Dynamics
+from .calls import CALLS, STEP, Call, CallTracer
+
+try:
+    import jax
+    import jax.numpy as jnp
+
+    from ...kernels.frameworks import jax_functions
+except ModuleNotFoundError as error:  # pragma: no cover
+    if error.name not in ("jax", "jaxlib"):
+        raise
+    raise InputError(
+        "robot.jax needs JAX: pip install 'hybrid_dynamics_ros[jax]', or jax"
+    ) from error
+
+Array = Any  # jax.Array
+Function = Callable[..., tuple[Any, Array]]
+CALL_BY_NAME = {call.name: call for call in (*CALLS, STEP)}
+_TOLERANCES_32 = {  # rounding of checks in 32 bits; what may be singular counts as singular
+    OutcomeKind.UNREACHABLE: 2e-5,
+    OutcomeKind.JUMP: 2e-5,
+    OutcomeKind.MASS_SINGULAR: -1e-6,
+}
+
+
+_NOT_FINITE = int(OutcomeKind.NOT_FINITE)
+
+
+class JaxStart(NamedTuple):
+    """A closed configuration that calls start from; a pytree.
+
+    Attributes:
+        s: all coordinates (n_s,) [rad, m].
+        start_map: R there, row by row (n_s * n,).
+    """
+
+    s: Array
+    start_map: Array
+
+
+class JaxCalls:
+    """The calls of a robot in JAX.
+
+    Every call takes one state, vectors (n,), or states side by side (..., n). Vectors are broadcast
+    against each other. A call returns its results and then `status`, an int32 array: 0 (CLOSED), or
+    another `OutcomeKind`. The results of a state with another status are NaN.
+
+    The type is that of the arguments, float32 unless `jax_enable_x64` is set. In 32 bits results
+    have about five digits, and the checks allow for that.
+
+    Dynamics also take `gravity` (3,) [m/s^2]. All calls take `start`, the reference configuration
+    by default. Loops without a closed form are closed from there in one smooth move. The status is
+    JUMP if u is too far away.
+    """
+
+    def __init__(
+        self, closure: Closure, dynamics: Dynamics, loads: Loads, frame: str | None = None
+    ) -> None:
+        self._closure = closure
+        self._dynamics = dynamics
+        self._loads = loads
+        self._frame = frame
+        self._functions: dict[str, Function] = {}
+
+    def at(self, frame: str) -> JaxCalls:
+        """The same calls for another frame or link in place of the end effector.
+
+        Raises:
+            InputError: there is no such frame.
+        """
+        self._closure.model.frame(frame)
+        return JaxCalls(self._closure, self._dynamics, self._loads, frame)
+
+    def under(self, loads: Loads) -> JaxCalls:
+        """The same calls under other loads."""
+        return JaxCalls(self._closure, self._dynamics, loads, self._frame)
+
+    def close(
+        self, u: Array, du: Array = 0.0, start: JaxStart | None = None
+    ) -> tuple[Array, Array, Array]:
+        """All coordinates s and rates s', (..., n_s) each, and the status."""
+        (s, ds), status = self._call("close", start, u=u, du=du)
+        return s, ds, status
+
+    def forward_kinematics(
+        self, u: Array, start: JaxStart | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Position (..., 3) and rotation (..., 3, 3) of the end effector, and the status."""
+        (position, rotation), status = self._call("forward_kinematics", start, u=u)
+        return position, rotation, status
+
+    def jacobian(self, u: Array, start: JaxStart | None = None) -> tuple[Array, Array]:
+        """Jacobian (..., 6, n) of the end effector, linear before angular, and the status."""
+        (jacobian,), status = self._call("jacobian", start, u=u)
+        return jacobian, status
+
+    def inverse_dynamics(
+        self,
+        u: Array,
+        du: Array,
+        ddu: Array,
+        gravity: Array | None = None,
+        start: JaxStart | None = None,
+    ) -> tuple[Array, Array]:
+        """Efforts tau (..., n) of the active joints, and the status; Chu (2020), Eq. 17."""
+        (tau,), status = self._call(
+            "inverse_dynamics", start, u=u, du=du, ddu=ddu, gravity=self._gravity(gravity)
+        )
+        return tau, status
+
+    def forward_dynamics(
+        self,
+        u: Array,
+        du: Array,
+        tau: Array,
+        gravity: Array | None = None,
+        start: JaxStart | None = None,
+    ) -> tuple[Array, Array]:
+        """Accelerations u'' (..., n) from efforts, and the status; Chu (2020), Eq. 17."""
+        (ddu,), status = self._call(
+            "forward_dynamics", start, u=u, du=du, tau=tau, gravity=self._gravity(gravity)
+        )
+        return ddu, status
+
+    def minimal_form(
+        self,
+        u: Array,
+        du: Array,
+        gravity: Array | None = None,
+        start: JaxStart | None = None,
+    ) -> tuple[Array, Array, Array, Array]:
+        """M-bar (..., n, n), C-bar u' and G-bar (..., n), and the status; Chu (2020), Eq. 17."""
+        (mass, drift, weight), status = self._call(
+            "minimal_form", start, u=u, du=du, gravity=self._gravity(gravity)
+        )
+        return mass, drift, weight, status
+
+    def step(self, u: Array, start: JaxStart | None = None) -> tuple[JaxStart, Array]:
+        """The closed configuration at u, for the next call along a motion, and the status."""
+        if not self._closure.is_followed:  # closed forms need no R at the start
+            s, _, status = self.close(u, start=start)
+            return JaxStart(s, self.start.start_map), status
+        (s, start_map), status = self._call("step", start, u=u)
+        return JaxStart(s, start_map), status
+
+    @property
+    def start(self) -> JaxStart:
+        """The reference configuration."""
+        if self._closure.is_followed:
+            reference = self._closure.reference_start
+            return JaxStart(reference.s, reference.velocity_map.reshape(-1))
+        n_s, n = len(self._closure.model.coordinates), len(self._closure.model.active)
+        return JaxStart(self._closure.start, np.zeros(n_s * n))
+
+    def _gravity(self, gravity: Array | None) -> Array:
+        return self._loads.gravity if gravity is None else gravity
+
+    @lazy
+    def _tracer(self) -> CallTracer:
+        pattern, values = self._dynamics.pack(self._loads)
+        constants = {name: array.tolist() for name, array in values.items()}
+        constants["branch"] = self._closure.signs.tolist()
+        model = self._closure.model
+        return CallTracer(
+            model.program_model,
+            pattern,
+            constants,
+            model.frame(self._frame),
+            self._closure.is_followed,
+        )
+
+    def _call(self, name: str, start: JaxStart | None, **vectors: Array) -> tuple[Any, Array]:
+        """Call a compiled function with checked vectors, and shape its results."""
+        given = start or self.start
+        by_name = {**vectors, "start": given.s, "start_map": given.start_map, "guess": given.s}
+        names = (*CALL_BY_NAME[name].inputs, *self._tracer.start_names())
+        if name not in self._functions:
+            self._functions[name] = jax.jit(self._function(CALL_BY_NAME[name]))
+        arrays = [self._checked(key, by_name[key]) for key in names]
+        return self._functions[name](*arrays)
+
+    def _checked(self, name: str, values: Array) -> Array:
+        """A vector of the right size, floating."""
+        array = jnp.asarray(values)
+        if not jnp.issubdtype(array.dtype, jnp.floating):
+            array = array.astype(float)
+        size = self._closure.model.program_model.size(name)
+        if name == "du" and array.ndim == 0:
+            return jnp.broadcast_to(array, (size,))
+        if array.ndim == 0 or array.shape[-1] != size:
+            raise InputError(f"{name} has shape {array.shape}; expected (..., {size})")
+        return array
+
+    def _function(self, call: Call) -> Callable[..., tuple[Any, Array]]:
+        """The function of a call: vectors -> results in their shapes, status."""
+        traced = self._tracer.values(call)
+        flat_of = _differentiable(call, traced, self._tracer)
+
+        def function(*vectors: Array) -> tuple[list[Array], Array]:
+            by_name = zip(call.inputs, vectors, strict=False)
+            dtype = jnp.result_type(*[vector for name, vector in by_name if name != "gravity"])
+            lanes = jnp.broadcast_shapes(*[vector.shape[:-1] for vector in vectors])
+            shared = [_shared(vector, dtype, lanes) for vector in vectors]
+            flat, status = flat_of(*shared)
+            return _shaped(flat, lanes, traced), status
+
+        return function
+
+
+def _shared(vector: Array, dtype: Any, lanes: tuple[int, ...]) -> Array:
+    """A vector of the type and the leading axes of all."""
+    return jnp.broadcast_to(vector.astype(dtype), (*lanes, vector.shape[-1]))
+
+
+def _differentiable(call: Call, traced: Trace, tracer: CallTracer) -> Function:
+    """Results and status as a function of vectors, with its exact derivatives."""
+
+    def values(*vectors: Array) -> tuple[Array, Array]:
+        parts = [_components(vector) for vector in vectors]
+        outputs, status = jax_functions.evaluate(traced, parts, _tolerance(vectors[0].dtype))
+        if traced.live_blocks():  # after loops XLA would compute what results share for each result
+            outputs = jax.lax.optimization_barrier(outputs)
+        flat = jnp.stack(outputs, axis=-1)
+        status = jnp.where(_are_finite(vectors), status, _NOT_FINITE)
+        status = jnp.where((status == 0) & ~_are_finite([flat]), _NOT_FINITE, status)
+        return jnp.where((status == 0)[..., None], flat, jnp.nan), status
+
+    function: Any = jax.custom_jvp(values)
+
+    def tangent(vectors: Any, tangents: Any) -> Any:
+        outputs, status = function(*vectors)
+        moves = {}
+        for name, move in zip(call.inputs, tangents, strict=False):
+            if not isinstance(move, jax.custom_derivatives.SymbolicZero):
+                moves[name] = _components(move)
+        change = jnp.zeros_like(outputs)
+        if moves:
+            parts = [_components(vector) for vector in vectors]
+            slopes, _ = jax_functions.evaluate(tracer.slopes(call, list(moves)), parts, _exactly)
+            change = _pushed(slopes, list(moves.values()), outputs.shape[-1])
+        no_change = np.zeros(status.shape, jax.dtypes.float0)
+        return (outputs, status), (change, no_change)
+
+    function.defjvp(tangent, symbolic_zeros=True)
+    result: Function = function
+    return result
+
+
+def _components(vector: Array) -> list[Array]:
+    return [vector[..., k] for k in range(vector.shape[-1])]
+
+
+def _are_finite(vectors: Iterable[Array]) -> Array:
+    result: Array = True
+    for vector in vectors:
+        result = result & jnp.all(jnp.isfinite(vector), axis=-1)
+    return result
+
+
+def _pushed(slopes: list[Array], moves: list[list[Array]], count: int) -> Array:
+    """Sum of derivative times change over the inputs, for each of so many results."""
+    totals: list[Array] = [0.0] * count
+    first = 0
+    for move in moves:
+        for k in range(count):
+            for change in move:
+                totals[k] = totals[k] + slopes[first] * change
+                first += 1
+    return jnp.stack(totals, axis=-1)
+
+
+def _shaped(flat: Array, lanes: tuple[int, ...], traced: Trace) -> list[Array]:
+    """The results in their shapes."""
+    results = []
+    first = 0
+    for _, shape in traced.layout:
+        last = first + math.prod(shape)
+        results.append(flat[..., first:last].reshape(*lanes, *shape))
+        first = last
+    return results
+
+
+def _exactly(_check: Check) -> float:
+    return 0.0
+
+
+def _tolerance(dtype: Any) -> Callable[[Check], float]:
+    """By how much the value of a check may be below its threshold, for rounding."""
+    if dtype == jnp.float64:
+        return _exactly
+    return lambda check: _TOLERANCES_32.get(OutcomeKind(check.code), 0.0)

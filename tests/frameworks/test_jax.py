@@ -1,0 +1,171 @@
+"""Pure functions of JAX: values and derivatives beside those of the compiled code."""
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import InputError, load
+from hybrid_dynamics_core.programs import OutcomeKind
+from tests.sampling import swept
+
+jax = pytest.importorskip("jax")
+
+EXACT = 1e-12  # [-] of the largest value, for sums in another order
+ROBOTS = ("five_bar", "forging_chu2020", "ankle", "palletizer", "excavator", "delta", "staicu2015")
+
+
+@pytest.fixture(autouse=True)
+def double():
+    """64 bits, as robots are computed elsewhere."""
+    with jax.enable_x64(True):
+        yield
+
+
+def states(robot, count, width=0.02):
+    """Active coordinates near the reference, rates and accelerations."""
+    rng = np.random.default_rng(5)
+    n = len(robot.active)
+    u = robot.reference + width * rng.uniform(-1.0, 1.0, (count, n))
+    return u, rng.normal(size=(count, n)), rng.normal(size=(count, n))
+
+
+def agree(ours, right):
+    scale = np.abs(right).max() or 1.0
+    np.testing.assert_allclose(np.asarray(ours) / scale, right / scale, rtol=0.0, atol=EXACT)
+
+
+@pytest.mark.parametrize("name", swept(ROBOTS, sample=("five_bar",)))
+def test_every_call_has_the_values_of_the_compiled_one(name):
+    robot = load(name)
+    u, du, ddu = states(robot, 50)
+    s, ds, status = robot.jax.close(u, du)
+    closed = robot.kernels.close(u, du)
+    assert not np.any(status)
+    agree(s, closed[0])
+    agree(ds, closed[1])
+    *pose, _ = robot.jax.forward_kinematics(u)
+    for ours, right in zip(pose, robot.kernels.forward_kinematics(u), strict=True):
+        agree(ours, right)
+    agree(robot.jax.jacobian(u)[0], robot.kernels.jacobian(u))
+    tau = robot.kernels.inverse_dynamics(u, du, ddu)
+    agree(robot.jax.inverse_dynamics(u, du, ddu)[0], tau)
+    if robot.description.name != "staicu2015":  # without masses
+        agree(robot.jax.forward_dynamics(u, du, tau)[0], ddu)
+    *terms, _ = robot.jax.minimal_form(u, du)
+    for ours, right in zip(terms, robot.kernels.minimal_form(u, du), strict=True):
+        agree(ours, right)
+
+
+@pytest.mark.parametrize("name", swept(ROBOTS, sample=("five_bar",)))
+def test_derivatives_are_those_of_the_exact_programs(name):
+    robot = load(name)
+    u, du, ddu = (rows[0] for rows in states(robot, 1))
+    state = robot.close(u, du)
+    by_all = jax.jacobian(lambda *x: robot.jax.inverse_dynamics(*x)[0], argnums=(0, 1, 2))
+    rights = robot.inverse_dynamics_derivatives(state, ddu)
+    for ours, right in zip(by_all(u, du, ddu), rights, strict=True):
+        agree(ours, right)
+    by_u = jax.jacfwd(lambda u: robot.jax.close(u, du)[0])(u)
+    agree(by_u, state.R)
+
+
+def test_gradients_of_batches_are_those_of_states():
+    robot = load("five_bar")
+    u, du, tau = states(robot, 3)
+
+    def cost(u, tau):
+        ddu, _ = robot.jax.forward_dynamics(u, du, tau)
+        return (ddu**2).sum()
+
+    by_u, by_tau = jax.grad(cost, argnums=(0, 1))(u, tau)
+    for k in range(3):
+        state = robot.close(u[k], du[k])
+        ddu = robot.forward_dynamics(state, tau[k])
+        d_u, _, d_tau = robot.forward_dynamics_derivatives(state, tau[k])
+        agree(by_u[k], 2.0 * ddu @ d_u)
+        agree(by_tau[k], 2.0 * ddu @ d_tau)
+
+
+@pytest.mark.sweep(sample="test_gradients_of_batches_are_those_of_states")
+def test_second_derivatives_are_those_of_the_first():
+    robot = load("five_bar")
+    u, du, ddu = (rows[0] for rows in states(robot, 1))
+    second = jax.hessian(lambda u: robot.jax.inverse_dynamics(u, du, ddu)[0][0])(u)
+    step = 1e-6
+    for k in range(len(u)):
+        sides = []
+        for sign in (1.0, -1.0):
+            moved = robot.close(u + sign * step * np.eye(len(u))[k], du)
+            sides.append(robot.inverse_dynamics_derivatives(moved, ddu)[0][0])
+        numeric = (sides[0] - sides[1]) / (2.0 * step)
+        # central differences of a step of 1e-6 have about nine digits
+        np.testing.assert_allclose(second[k], numeric, rtol=1e-6, atol=1e-6)
+
+
+def test_derivatives_by_gravity():
+    robot = load("five_bar")
+    u, du, ddu = (rows[0] for rows in states(robot, 1))
+    slope = jax.jacobian(lambda g: robot.jax.inverse_dynamics(u, du, ddu, gravity=g)[0])
+    for k, unit in enumerate(np.eye(3)):
+        above = robot.kernels.inverse_dynamics(u, du, ddu, gravity=unit)
+        below = robot.kernels.inverse_dynamics(u, du, ddu, gravity=-unit)
+        column = 0.5 * (above - below)  # efforts are linear in gravity
+        agree(np.asarray(slope(np.zeros(3)))[:, k], column)
+
+
+def test_what_does_not_close_is_nan_with_its_status():
+    robot = load("forging_chu2020")
+    u = np.array([robot.reference] * 3)
+    u[1, 1] = 5.0  # [m], longer than its loop
+    u[2, 0] = np.nan
+    position, rotation, status = robot.jax.forward_kinematics(u)
+    assert status.tolist() == [
+        OutcomeKind.CLOSED,
+        OutcomeKind.UNREACHABLE,
+        OutcomeKind.NOT_FINITE,
+    ]
+    for values in (position, rotation):
+        assert np.isfinite(values[0]).all()
+        assert np.isnan(values[1:]).all()
+
+
+def test_functions_are_mapped_and_compiled():
+    robot = load("five_bar")
+    u, du, ddu = states(robot, 4)
+    whole, _ = robot.jax.inverse_dynamics(u, du, ddu)
+    mapped = jax.jit(jax.vmap(lambda *x: robot.jax.inverse_dynamics(*x)[0]))(u, du, ddu)
+    agree(mapped, np.asarray(whole))
+
+
+def test_32_bits_have_five_digits():
+    robot = load("five_bar")
+    u, du, ddu = states(robot, 20)
+    right = robot.kernels.inverse_dynamics(u, du, ddu)
+    tau, status = robot.jax.inverse_dynamics(*(x.astype(np.float32) for x in (u, du, ddu)))
+    assert tau.dtype == np.float32
+    assert not np.any(status)
+    # a sum of some hundred products, each rounded to 6e-8
+    assert np.abs(np.asarray(tau) - right).max() < 2e-5 * np.abs(right).max()
+
+
+@pytest.mark.sweep(sample="test_what_does_not_close_is_nan_with_its_status")
+def test_far_from_its_start_an_iterated_robot_says_jump_and_steps_go_there():
+    robot = load("ankle")
+    far = robot.reference + 0.35
+    _, status = robot.jax.forward_kinematics(far)[1:]
+    assert status == OutcomeKind.JUMP
+    start = None
+    for share in np.linspace(0.0, 1.0, 11)[1:]:
+        start, status = robot.jax.step(robot.reference + share * 0.35, start=start)
+        assert status == OutcomeKind.CLOSED
+    position, _, status = robot.jax.forward_kinematics(far, start=start)
+    assert status == OutcomeKind.CLOSED
+    state = robot.close(far)
+    agree(position, robot.forward_kinematics(state).position)
+
+
+def test_wrong_shapes_and_frames_are_refused():
+    robot = load("five_bar")
+    with pytest.raises(InputError, match=r"u has shape \(2,\); expected \(\.\.\., 3\)"):
+        robot.jax.forward_kinematics(np.zeros(2))
+    with pytest.raises(InputError, match="there is no frame 'nowhere'"):
+        robot.jax.at("nowhere")
