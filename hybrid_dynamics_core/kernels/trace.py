@@ -81,7 +81,11 @@ def trace(program: Traceable, sizes: Sequence[int], name: str = "0") -> Trace:
     arguments = []
     for vector, size in enumerate(sizes):
         arguments.append([graph.input(vector, k) for k in range(size)])
-    results = program(*arguments)
+    return trace_of(graph, program(*arguments), sizes, name)
+
+
+def trace_of(graph: Graph, results: Results, sizes: Sequence[int], name: str) -> Trace:
+    """The trace of results in a graph whose inputs are vectors of the given sizes."""
     flat: list[Operand] = []
     layout = []
     for output, value in results.outputs.items():

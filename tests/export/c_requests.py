@@ -66,10 +66,12 @@ def _steps(
     """Steps of damped least squares: the extended system, solved by the pseudoinverse."""
     pose, jacobian = robot.forward_kinematics(state), robot.jacobian(state)
     count = len(state.u)
-    goal = robot.forward_kinematics(robot.close(np.roll(state.u, 1, axis=0), near=state))
+    place = pose.position + rng.uniform(-0.1, 0.1, (count, 3))
+    turned = np.linalg.qr(np.eye(3) + rng.uniform(-0.2, 0.2, (count, 3, 3)))[0]
+    turned = turned * np.sign(np.einsum("nii->ni", turned))[:, None] @ pose.rotation
     weights = rng.uniform(0.0, 1.0, (count, 6))
-    turns = rotation_vector(goal.rotation @ np.swapaxes(pose.rotation, -1, -2))
-    error = np.concatenate([goal.position - pose.position, turns], axis=1)
+    turns = rotation_vector(turned @ np.swapaxes(pose.rotation, -1, -2))
+    error = np.concatenate([place - pose.position, turns], axis=1)
     moves = []
     for row, weight, wanted in zip(jacobian, weights, error, strict=True):
         system = weight[:, None] * row
@@ -77,5 +79,5 @@ def _steps(
         extended = np.vstack([system, damping * np.eye(state.n)])
         move = np.linalg.pinv(extended) @ np.concatenate([weight * wanted, np.zeros(state.n)])
         moves.append(move * min(1.0, 0.2 / np.linalg.norm(move)))
-    inputs = [state.u, goal.position, np.reshape(goal.rotation, (count, 9)), weights]
+    inputs = [state.u, place, np.reshape(turned, (count, 9)), weights]
     return inputs, [state.u + np.array(moves), error]

@@ -22,6 +22,7 @@ from hybrid_dynamics_core import (
     shipped_robots,
 )
 from hybrid_dynamics_core.export import to_c
+from hybrid_dynamics_core.formats.c import parts, shared, writer
 from hybrid_dynamics_core.formats.c.calls import CALLS
 from hybrid_dynamics_core.formats.c.names import identifier
 from tests.sampling import swept
@@ -67,6 +68,27 @@ def test_every_option_checks_itself(name: str, options: dict[str, str], tmp_path
     robot = load(name)
     names = every(robot) if name != "type_c" else ["inverse_dynamics", "minimal_form"]
     build(robot, tmp_path, names, **options)
+    said = run(tmp_path, "./test_vectors")
+    assert said.count(" 10 of 10 as the library") == len(names)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["type_c", pytest.param("ankle", marks=pytest.mark.sweep)])
+def test_long_functions_are_split_and_share_what_they_need(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As those of large robots: here with small bounds on a small robot."""
+    robot = load(name)
+    names = ["close", "inverse_dynamics", "jacobian", "reactions", "ik_step"]
+    apart = len(to_c(robot, names)[f"{name}.c"])
+    monkeypatch.setattr(writer, "LARGE", 0)
+    monkeypatch.setattr(shared, "LEAST", 20)
+    assert len(to_c(robot, names)[f"{name}.c"]) < apart
+    monkeypatch.setattr(parts, "LONGEST", 2000)
+    build(robot, tmp_path, names, fast=True)
+    text = (tmp_path / f"{name}.c").read_text(encoding="utf-8")
+    assert "static void shared0(" in text
+    assert "PART void " in text
     said = run(tmp_path, "./test_vectors")
     assert said.count(" 10 of 10 as the library") == len(names)
 

@@ -7,6 +7,7 @@ equal `algebra.numerics` on floats. The same text is C++17.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 from ...algebra.numerics import MAX_ITERATIONS
 from ...kernels.emit_python import count_uses
@@ -27,22 +28,43 @@ _CALLS = {
 _LONGEST = 160  # characters of an expression that is used once and stays inside another
 
 
-class _Body:
-    """Statements for the live nodes; a node that is used once is inlined."""
+class Body:
+    """Statements for nodes of a trace; a node that is used once is inlined.
 
-    def __init__(self, trace: Trace) -> None:
+    Attributes:
+        trace: the trace.
+        lines: the statements.
+    """
+
+    def __init__(
+        self,
+        trace: Trace,
+        nodes: Sequence[int] | None = None,
+        given: Mapping[int, str] | None = None,
+    ) -> None:
+        """Write the statements.
+
+        Args:
+            trace: the trace.
+            nodes: what they compute, in order; all live nodes if None.
+            given: sources of other nodes.
+        """
         self.trace = trace
         self.lines: list[str] = []
-        self._terms: dict[int, str] = {}
+        self._terms: dict[int, str] = dict(given or {})
         self._called: set[int] = set()
         uses = count_uses(trace)
-        for index in trace.live:
+        for index in trace.live if nodes is None else nodes:
             text = self._term(index)
             is_short = trace.graph.nodes[index][0] in ("input", "block")
             if not is_short and (uses[index] > 1 or len(text) > _LONGEST):
                 self.lines.append(f"const double v{index} = {text};")
                 text = f"v{index}"
             self._terms[index] = text
+
+    def term(self, index: int) -> str:
+        """Source of a node."""
+        return self._terms[index]
 
     def value(self, x: Operand) -> str:
         """Source of an output."""
@@ -123,20 +145,28 @@ def emit_functions(trace: Trace) -> list[str]:
     The last one is `static int f_NAME(const double *a0, ..., double *out)`. It returns 0, or the
     code of the first check that fails: then `out` is not written.
     """
-    body = _Body(trace)
-    last: list[str] = []
-    for check in trace.checks:
-        test = f"!({body.value(check.value)} > {constant(check.threshold)})"
-        last.append(f"if ({test}) {{\n    return {check.code};\n}}")
-    last += _outputs(trace, body)
-    last.append("return 0;")
+    body = Body(trace)
+    last = [*checks_of(trace, body), *outputs_of(trace, body), "return 0;"]
     text = Text("int", function_name(trace.name), len(trace.inputs), body.lines, last)
-    functions = [*_block_functions(trace), *in_parts(text)]
+    return with_helpers([*block_functions(trace), *in_parts(text)])
+
+
+def with_helpers(functions: Sequence[str]) -> list[str]:
+    """The functions, after the small ones that they call."""
     joined = "".join(functions)
     return [*(helper for call, helper in SMALL.items() if call in joined), *functions]
 
 
-def _block_functions(trace: Trace) -> list[str]:
+def checks_of(trace: Trace, body: Body) -> list[str]:
+    """Statements that return the code of the first check that fails."""
+    lines = []
+    for check in trace.checks:
+        test = f"!({body.value(check.value)} > {constant(check.threshold)})"
+        lines.append(f"if ({test}) {{\n    return {check.code};\n}}")
+    return lines
+
+
+def block_functions(trace: Trace) -> list[str]:
     """The functions that the live blocks of a trace call."""
     texts: list[str] = []
     for number in trace.live_blocks():
@@ -145,13 +175,14 @@ def _block_functions(trace: Trace) -> list[str]:
             texts.append(INVERT)
             continue
         inner = trace_body(trace, number)
-        body = _Body(inner)
-        text = Text("void", function_name(inner.name), 2, body.lines, _outputs(inner, body))
-        texts += [NEWTON, *_block_functions(inner), *in_parts(text)]
+        body = Body(inner)
+        text = Text("void", function_name(inner.name), 2, body.lines, outputs_of(inner, body))
+        texts += [NEWTON, *block_functions(inner), *in_parts(text)]
     return list(dict.fromkeys(texts))
 
 
-def _outputs(trace: Trace, body: _Body) -> list[str]:
+def outputs_of(trace: Trace, body: Body) -> list[str]:
+    """Statements that hand out the outputs."""
     return [f"out[{k}] = {body.value(x)};" for k, x in enumerate(trace.outputs)]
 
 

@@ -31,7 +31,7 @@ static double angle(double y, double x)
 """
 
 NEAREST = """\
-/* rint(x), for numbers of turns: inlined where sums are rounded to double. */
+/* rint(x), for numbers of turns: inlined where sums have no further digits. */
 static double nearest(double x)
 {
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD == 0

@@ -13,6 +13,7 @@ from .emit import constant, emit_functions, function_name
 from .header import STATUS
 from .names import literal
 from .real import Precision
+from .shared import emit_shared
 from .signatures import Names, rows, signature
 from .tracer import TracedCall
 
@@ -75,8 +76,14 @@ def source_text(
         precision: tolerances.
     """
     texts: list[str] = []
-    for trace in [*([] if start is None else [start]), *(one.trace for one in traced)]:
-        texts += emit_functions(trace)
+    traces = [one.trace for one in traced]
+    if start is not None:
+        texts += emit_functions(start)
+    if len({id(trace.graph) for trace in traces}) < len(traces):
+        texts += emit_shared(traces)
+    else:
+        for trace in traces:
+            texts += emit_functions(trace)
     parts = [
         _HEAD.format(p=names.prefix),
         _constants(robot, names),
@@ -167,12 +174,12 @@ def _public(names: Names, traced: TracedCall, follows: bool) -> str:
         f"    return {p}_NOT_FINITE;",
         "}",
     ]
-    last = [GUESS]
     if follows:
-        last = ["start", f"start + {ns}"]
         lines += ["status = close_guess(guess, start);", f"if (status != {p}_OK) {{"]
         lines += ["    return status;", "}"]
-    arguments = ", ".join([*traced.inputs, *last, "out"])
+    known = {name: name for name in inputs}
+    known.update({"start": "start", "start_map": f"start + {ns}"})
+    arguments = ", ".join([*(known.get(name, "0") for name in traced.vectors), "out"])
     lines += [
         f"status = {function_name(traced.trace.name)}({arguments});",
         f"if (status != {p}_OK) {{",

@@ -12,7 +12,8 @@ from ...dynamics.loads import Loads, described_loads
 from ...dynamics.pack_loads import pack_loads
 from ...dynamics.pins import Pin, find_pins
 from ...errors import InputError
-from ...kernels.trace import Results, Trace, trace
+from ...kernels.graph import Graph
+from ...kernels.trace import Results, Trace, trace, trace_of
 from ...mechanism.tree import frame_offset
 from ...programs import Inputs, Outcome, Program
 from ...programs.closure import closed_motion
@@ -34,6 +35,7 @@ class TracedCall:
         trace: its operations. Inputs: those of the call, then the guess (n_s,), or a closed
             configuration (n_s,) and R there (n_s * n,).
         results: names in C and numbers of values of the results that are not empty, in order.
+        vectors: names of the inputs of the trace.
         loops: indices of the joints in the loop of each pin, of reactions.
         lists: names of what the results belong to, by its kind.
     """
@@ -42,6 +44,7 @@ class TracedCall:
     inputs: tuple[str, ...]
     trace: Trace
     results: dict[str, int]
+    vectors: tuple[str, ...]
     loops: Sequence[Sequence[int]] = ()
     lists: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
@@ -119,34 +122,68 @@ class Tracer:
 
     def trace(self, call: Call) -> TracedCall:
         """The trace of a call."""
+        program, names = self._program(call), self._vectors(call)
+
+        def run(*vectors: Scalars) -> Results:
+            return self._run(call, program, dict(zip(names, vectors, strict=True)))
+
+        sizes = [self._size(program, name) for name in names]
+        return self._traced(call, self._checked(trace(run, sizes, call.name)), names)
+
+    def trace_together(self, calls: Sequence[Call]) -> list[TracedCall]:
+        """The traces of calls in one graph, with the inputs of all of them."""
+        graph = Graph()
+        sizes: dict[str, int] = {}
+        for call in calls:
+            for name in self._vectors(call):
+                sizes[name] = self._size(self._program(call), name)
+        symbols: dict[str, Scalars] = {}
+        for number, (name, size) in enumerate(sizes.items()):
+            symbols[name] = [graph.input(number, k) for k in range(size)]
+        traced = []
+        for call in calls:
+            given = {name: symbols[name] for name in self._vectors(call)}
+            results = self._run(call, self._program(call), given)
+            one = trace_of(graph, results, [*sizes.values()], call.name)
+            traced.append(self._traced(call, self._checked(one), tuple(sizes)))
+        return traced
+
+    def _program(self, call: Call) -> Program:
         setting = Setting(self._machine, self._pattern_of(call), self._frame)
         program = call.program(setting)
         if self.follows:
-            program = program.from_start()
+            return program.from_start()
+        return program
+
+    def _vectors(self, call: Call) -> tuple[str, ...]:
+        """Names of the inputs of a call's program."""
         last = ("start", "start_map") if self.follows else (GUESS,)
-        loads = call.loads if self._with_loads else ()
-        names = (*call.inputs, *loads, *last)
+        return (*call.inputs, *self._loads(call), *last)
 
-        def run(*vectors: Scalars) -> Results:
-            x = self._inputs(program, dict(zip(names, vectors, strict=True)))
-            results = program.run(self._model, x)
-            motion, _, _ = closed_motion(self._model, x)
-            outputs = {name: results.outputs[name] for name in call.results}
-            outputs["configuration"] = motion.configuration.q
-            return Results(outputs, results.checks)
+    def _loads(self, call: Call) -> tuple[str, ...]:
+        return call.loads if self._with_loads else ()
 
-        sizes = [self._size(program, name) for name in names]
-        traced = self._checked(trace(run, sizes, call.name))
+    def _run(self, call: Call, program: Program, vectors: dict[str, Scalars]) -> Results:
+        """The results of a call, then the configuration."""
+        x = self._inputs(program, vectors)
+        results = program.run(self._model, x)
+        motion, _, _ = closed_motion(self._model, x)
+        outputs = {name: results.outputs[name] for name in call.results}
+        outputs["configuration"] = motion.configuration.q
+        return Results(outputs, results.checks)
+
+    def _traced(self, call: Call, traced: Trace, vectors: tuple[str, ...]) -> TracedCall:
         results: dict[str, int] = {}
         for name, (_, shape) in zip(call.results.values(), traced.layout, strict=False):
             if _count(shape):
                 results[name] = _count(shape)
-        inputs = (*call.inputs, *loads)
+        inputs = (*call.inputs, *self._loads(call))
         if PINS[0] not in call.results:
-            return TracedCall(call, inputs, traced, results, lists=self._cylinders(call))
+            listed = self._cylinders(call)
+            return TracedCall(call, inputs, traced, results, vectors, lists=listed)
         lists = {"pin": self.pins, "joint": self.joints}
         lists = {kind: listed for kind, listed in lists.items() if listed}
-        return TracedCall(call, inputs, traced, results, self._loops(), lists)
+        return TracedCall(call, inputs, traced, results, vectors, self._loops(), lists)
 
     def _cylinders(self, call: Call) -> dict[str, tuple[str, ...]]:
         """The names of the cylinders, of the call on them."""

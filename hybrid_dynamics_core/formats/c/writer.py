@@ -8,15 +8,16 @@ from typing import Literal
 from ...errors import InputError
 from ...robot.robot import Robot
 from ...robot.taken import AnyRobot, robot_of
-from .calls import calls_of
+from .calls import Call, calls_of
 from .cpp import cpp_text
 from .header import header_text
 from .names import identifier, identifiers
 from .package_files import cmake_text, package_text, readme_text
 from .real import PRECISIONS, REALS, Real, in_single_precision
+from .shared import LARGE
 from .signatures import Names
 from .source import source_text
-from .tracer import Tracer
+from .tracer import TracedCall, Tracer
 from .vectors_file import vectors_text
 
 LOADS = ("description", "arguments")
@@ -54,7 +55,7 @@ def to_c(
     _require("loads", loads, LOADS)
     names = _names(machine)
     tracer = Tracer(machine, with_loads=loads == "arguments", real=real)
-    traced = [tracer.trace(call) for call in calls]
+    traced = _traced(tracer, calls)
     start = tracer.trace_start() if tracer.follows else None
     precision = PRECISIONS[real]
     readme = readme_text(machine, names, traced, tracer.follows)
@@ -73,6 +74,14 @@ def to_c(
         "package.xml": package_text(names),
         "README.md": readme,
     }
+
+
+def _traced(tracer: Tracer, calls: Sequence[Call]) -> list[TracedCall]:
+    """The traces of calls; in one graph where they are long."""
+    first = tracer.trace(calls[0])
+    if len(calls) > 1 and len(first.trace.live) * len(calls) > LARGE:
+        return tracer.trace_together(calls)
+    return [first, *map(tracer.trace, calls[1:])]
 
 
 def _require(name: str, value: object, allowed: Sequence[str]) -> None:
