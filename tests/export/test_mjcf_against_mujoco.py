@@ -298,3 +298,28 @@ def test_a_keyframe_is_the_pose_that_mujoco_makes_of_it(qpos: str) -> None:
     mujoco.mj_resetDataKeyframe(pair.model, pair.data, 0)
     mujoco.mj_fwdPosition(pair.model, pair.data)
     pair.assert_poses(pair.tree.close(pair.tree.reference))
+
+
+ALIGNED = """<mujoco>COMPILER<worldbody>
+<body name="base" pos="0 0 1" euler="20 30 40"><freejoint name="root" ALIGN/>
+<geom type="box" size=".1 .2 .3" pos=".1 .2 -.3" euler="40 10 70"/>
+<site name="mark" pos=".3 0 .1"/></body>
+</worldbody>
+<keyframe><key qpos="1 2 3 .9 .1 .2 .3"/></keyframe></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("compiler", "align"),
+    [("", 'align="true"'), ('<compiler alignfree="true"/>', ""), ("", 'align="false"')],
+)
+def test_free_bodies_are_aligned_with_their_inertia_as_mujoco_does(
+    compiler: str, align: str
+) -> None:
+    pair = Pair(ALIGNED.replace("COMPILER", compiler).replace("ALIGN", align))
+    mujoco.mj_resetDataKeyframe(pair.model, pair.data, 0)
+    mujoco.mj_fwdPosition(pair.model, pair.data)
+    state = pair.tree.close(pair.tree.reference)
+    pair.assert_poses(state)
+    (link,) = (link for link in pair.tree.description.links.values() if link.mass)
+    is_aligned = bool(compiler) or "true" in align
+    assert (np.abs(link.com).max() < 1e-12) == is_aligned

@@ -30,7 +30,7 @@ MODEL = """<mujoco model="all">
       <joint name="a" range="-1 1" stiffness="2"/>
       <frame><body name="two"><joint name="b"/><site name="tip"/><geom size="0.1"/></body></frame>
     </body>
-    <body name="three"><freejoint name="f"/><geom size="0.2" mass="2"/></body>
+    <body name="three"><freejoint name="f"/><geom size="0.2" mass="2" pos="1 0 0"/></body>
   </worldbody>
   <tendon>
     <fixed name="t"><joint joint="a" coef="1"/></fixed>

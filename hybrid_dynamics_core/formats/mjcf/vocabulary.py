@@ -55,8 +55,8 @@ MJCF: dict[str, Vocabulary] = {
     "asset": vocabulary("", "mesh material model", "texture hfield skin"),
     "compiler": vocabulary(
         "angle boundmass boundinertia autolimits eulerseq balanceinertia inertiafromgeom"
-        " inertiagrouprange settotalmass",
-        omitted="alignfree assetdir meshdir texturedir strippath discardvisual convexhull usethread"
+        " inertiagrouprange settotalmass alignfree",
+        omitted="assetdir meshdir texturedir strippath discardvisual convexhull usethread"
         " fusestatic fitaabb exactmeshinertia conflict passthrough saveinertial savecanonical"
         " savecompiled lengthrange",
         coordinate="local",
@@ -110,7 +110,7 @@ MJCF: dict[str, Vocabulary] = {
         " springref springdamper springyield actuatorfrcrange actuatorfrclimited",
         omitted=f"actuatorgravcomp group user {_LIMIT_SETTINGS}",
     ),
-    "freejoint": vocabulary("name", omitted="group align"),
+    "freejoint": vocabulary("name align", omitted="group"),
     "tendon": vocabulary("", "fixed spatial"),
     "fixed": _TENDON,
     "spatial": _TENDON,
@@ -157,7 +157,7 @@ _OF_MATERIALS = (
     "texture emission specular shininess reflectance metallic roughness texrepeat texuniform"
 )
 _NO_DEFAULTS = "texture material camera light pair adhesion orientation"
-_FILES = "assetdir meshdir texturedir strippath discardvisual fusestatic alignfree"
+_FILES = "assetdir meshdir texturedir strippath discardvisual fusestatic"
 
 # Elements removed from MuJoCo's input, by parent element; "" for any:
 OMITTED: dict[str, frozenset[str]] = {
@@ -175,7 +175,6 @@ OMITTED_ATTRIBUTES: dict[str, frozenset[str]] = {
     "geom": frozenset(),
     "material": frozenset(_OF_MATERIALS.split()),
     "compiler": frozenset(_FILES.split()),
-    "freejoint": frozenset({"align"}),
     "key": frozenset({"time", "qvel", "act", "ctrl", "mpos", "mquat", "plastic"}),
     "plugin": frozenset({"plugin", "instance", *_CONTROL.split()}),
     "": frozenset({"material"}),
