@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import re
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -99,6 +101,18 @@ def test_a_file_that_describes_its_topics_in_chunks_alone_is_read(forging, tmp_p
             writer.add_message(channel, log_ns, data, log_ns)
         writer.finish()
     assert read(tmp_path / "a.mcap") == (pairs, [])
+
+
+@pytest.mark.parametrize("change", ["DROP TABLE messages", "DELETE FROM messages"])
+def test_a_database_without_messages_begins_and_ends_at_no_time(change, forging, tmp_path):
+    path = bag(tmp_path / "in", recorded(forging, 3), plugin=StoragePlugin.SQLITE3)
+    (file,) = path.glob("*.db3")
+    with closing(sqlite3.connect(file)) as base:
+        base.execute(change)
+        base.commit()
+    with BagReader(path) as source:
+        assert source.span() == (0, 0)
+        assert list(source.read()) == []
 
 
 def test_split_bags_are_one(forging, tmp_path):
