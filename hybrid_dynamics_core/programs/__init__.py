@@ -24,13 +24,14 @@ from .outcome import Outcome, OutcomeKind, kinds
 from .reactions import reactions
 from .regressor import regressor
 from .steps import TARGET, ik_step
-from .warm_start import STEP, warm_started
+from .warm_start import PLACE, STEP, warm_started
 
 __all__ = [
     "ACCELERATIONS",
     "CLOSE",
     "HYDRAULICS",
     "MOTION",
+    "PLACE",
     "STEP",
     "TARGET",
     "Inputs",

@@ -22,7 +22,9 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
         The closed motion, its checks, and the distance of each block to a singularity.
     """
     step = Step(model, x) if x.start else None
-    guess = x.guess if step is None else step.guess
+    guess = x.guess
+    if step is not None and not guess:
+        guess = step.guess
     motion = ClosedMotion(model.tree, model.plan, x.u, x.branch, guess)
     distances = motion.distances()
     checks: list[Check] = []

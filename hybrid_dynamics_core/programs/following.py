@@ -34,7 +34,7 @@ class Step:
         self._start = x.start
         given = model.plan.given
         self.move = sub(x.u, [x.start[k] for k in given])
-        self.predicted: list[Scalar] = []
+        self.predicted = list(x.predicted)
         for row in _rows(x.start_map, len(given)):
             self.predicted.append(dot(tuple(row), self.move))
         for k, length in zip(given, self.move, strict=True):

@@ -18,6 +18,7 @@ from ..mechanism.tree import Tree
 ALONG_S = (
     "guess",
     "start",
+    "predicted",
     "forces",
     "armature",
     *FRICTION,
@@ -73,6 +74,8 @@ class Inputs(LoadValues):
         guess: start of the iterations, all coordinates (n_s,).
         start: a closed configuration to come from, all coordinates (n_s,), in place of a guess.
         start_map: R there, row by row (n_s * n,).
+        predicted: change of all coordinates from the start (n_s,), in place of R there.
+        move_after: change of the given coordinates (n,) to the next state [rad, m].
         gravity: (3,) [m/s^2], base axes.
         forces: along all coordinates (n_s,) [N m, N].
         position: target (3,) of an end effector [m].
@@ -88,6 +91,8 @@ class Inputs(LoadValues):
     guess: Scalars = ()
     start: Scalars = ()
     start_map: Scalars = ()
+    predicted: Scalars = ()
+    move_after: Scalars = ()
     gravity: Scalars = ()
     forces: Scalars = ()
     position: Scalars = ()
@@ -125,6 +130,13 @@ class Program:
         for name in self.inputs:
             inputs += FROM_START if name == "guess" else (name,)
         return Program(tuple(inputs), self.run, self.sizes)
+
+    def from_prediction(self) -> Program:
+        """The same from a closed configuration nearby, at which R has predicted this one.
+
+        The guess remains. The status is `JUMP` if the move is not smooth.
+        """
+        return Program((*self.inputs, "start", "predicted"), self.run, self.sizes)
 
     def kernel(self, model: Model, label: str) -> Kernel:
         """The program on a model as functions of arrays, its inputs in order.

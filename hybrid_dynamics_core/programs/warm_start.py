@@ -35,4 +35,12 @@ def _next_start(model: Model, x: Inputs) -> Results:
     return Results({"start": motion.configuration.q, "start_map": start_map}, checks)
 
 
+def _place(model: Model, x: Inputs) -> Results:
+    """All coordinates, and their changes to the next state by R."""
+    motion, checks, _ = closed_motion(model, x)
+    forecast = motion.rates(x.move_after)
+    return Results({"place": motion.configuration.q, "forecast": forecast}, checks)
+
+
+PLACE = Program(("u", "branch", *FROM_START, "move_after"), _place)
 STEP = Program(("u", "branch", *FROM_START), _next_start)

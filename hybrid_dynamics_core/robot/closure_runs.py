@@ -11,13 +11,13 @@ from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
 from ..kernels.run import Codes, Kernel
-from ..kernels.status import GOOD, JUMP
+from ..kernels.status import GOOD, JUMP, any_failed
 from .kernel_store import KernelStore
 from .state_builder import StateBuilder
 
 _STEP = programs.CLOSE.from_start()
-# rows of a motion at a time: their R stay in the cache
-PATH_ROWS = 128
+# all coordinates, and R row by row
+Place = tuple[Array, Array]
 
 
 def closure_runs(kernels: KernelStore, key: str, model: programs.Model) -> ClosureRuns:
@@ -100,33 +100,56 @@ class QuickClosure:
             return False
         return near.loops == self._loops
 
-    def path(
-        self, u: Array, signs: Array, start: Array, start_map: Array
-    ) -> tuple[Array, Array] | None:
-        """Close rows (N, n) that each start from the previous one.
+    def path(self, u: Array, signs: Array, start: Place) -> Place | None:
+        """Close rows that each start from the previous one.
 
         Args:
             u: active coordinates (N, n) along the motion [rad, m], one row or more.
             signs: branch signs (blocks,).
-            start: closed configuration (n_s,) before the first row [rad, m].
-            start_map: R there, row by row (n_s * n,).
+            start: closed configuration before the first row.
 
         Returns:
             All coordinates (N, n_s), and R of the last row; None if a row needs other code.
         """
-        s = np.empty((len(u), len(start)))
-        longest = min(len(u), PATH_ROWS)
-        maps = np.empty((longest, len(start_map)))
-        codes = np.zeros(longest, dtype=np.int64)
-        for first in range(0, len(u), PATH_ROWS):
-            part = u[first : first + PATH_ROWS]
-            count = len(part)
-            outs = [s[first : first + count], maps[:count]]
-            self._path.fill_path([part, signs, start, start_map], outs, codes[:count])
-            if codes[:count].any():
-                return None
-            start, start_map = s[first + count - 1], maps[count - 1].copy()
-        return s, start_map
+        s, start_map = start
+        outs = [np.empty((len(u), len(s))), np.empty((len(u), len(start_map)))]
+        codes = np.full(len(u), JUMP, dtype=np.int64)
+        self._path.fill_path([u, signs, s, start_map], outs, codes)
+        if any_failed(codes):
+            return None
+        return outs[0], outs[1][-1].copy()
+
+    def from_one_start(self, u: Array, signs: Array, start: Place) -> tuple[Array, Array] | None:
+        """Close rows in one move from the same start.
+
+        Args:
+            u: active coordinates (N, n) [rad, m].
+            signs: branch signs (blocks,).
+            start: closed configuration near all of them.
+
+        Returns:
+            All coordinates (1 + N, n_s) of the start and of the rows, and the changes to the next
+            row that R predicts at each (1 + N, n_s). None if a row is too far.
+        """
+        s, start_map = start
+        count, n = u.shape
+        moves = np.empty((count + 1, n))
+        np.subtract(u[0], s[:n], out=moves[0])
+        np.subtract(u[1:], u[:-1], out=moves[1:-1])
+        moves[-1] = 0.0
+        places, forecasts = np.empty((2, count + 1, len(s)))
+        places[0] = s
+        forecasts[0] = start_map.reshape(len(s), n) @ moves[0]
+        codes = np.empty(count, dtype=np.int64)
+        inputs = [u, signs, s, start_map, moves[1:]]
+        self._place.fill_rows(inputs, [places[1:], forecasts[1:]], codes)
+        if any_failed(codes):
+            return None
+        return places, forecasts
+
+    @lazy
+    def _place(self) -> Kernel:
+        return self._kernels.kernel("place of close", programs.PLACE)
 
     @lazy
     def _path(self) -> Kernel:

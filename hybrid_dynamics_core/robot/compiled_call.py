@@ -140,16 +140,16 @@ class CompiledCall:
         sizes = len(start.s), len(start.signs)
         if sizes != (len(self._closure.start), len(self._closure.signs)):
             raise InputError("start belongs to another robot")
-        path = None
         u = inputs["u"]
         if u.ndim == 2 and len(u) and not self._closure.charts.change_in_loops:
-            path = self._closure.quick.path(u, start.signs, start.s, start.start_map)
-        if path is not None:
-            s, start_map = path
-            codes = self._run(inputs | {"branch": start.signs, "guess": s}, outs, threads)
-            if not any_failed(codes):
-                start.s, start.start_map = s[-1].copy(), start_map
-            return codes
+            place = start.s, start.start_map
+            along = inputs | {"branch": start.signs}
+            last = self._kernels.run_motion(self._closure.quick, along, outs, place)
+            if last is not None:
+                start.s, start.start_map = last
+                return np.zeros(len(u), dtype=np.int64)
+            for out in outs:
+                out.fill(np.nan)
         near = start.state(self._closure)
         close = self._closure.close if u.ndim == 1 else self._closure.close_path
         state = close(u, near=near)
