@@ -14,8 +14,11 @@ from scipy.spatial.transform import Rotation
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.closure.blocks.leg_blocks import BallJointBlock
 from hybrid_dynamics_core.closure.constraints import from_description
+from hybrid_dynamics_core.dynamics.regrouped import regrouped
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.generated.assembly import unit
+from tests.laws.test_loads import heavy_loads
+from tests.laws.test_regrouped import require_equal
 from tests.sampling import examples
 
 ROUNDING = 1e-8  # of numbers of about 10; the weld is iterated to 1e-10
@@ -112,3 +115,18 @@ def test_a_weld_cut_at_a_ball_joint_is_the_weld(kind: str, seed: int) -> None:
     assert cut.forward_dynamics(state, efforts) == pytest.approx(ddu, abs=1e-5)
     masses = [robot.minimal_form(at)[0] for robot, at in ((cut, state), (whole, expected))]
     assert masses[0] == pytest.approx(masses[1], **close)
+
+
+@given(seed=st.integers(0, 10**6))
+@examples(4)
+@pytest.mark.parametrize("kind", ["hinges", "ball"])
+def test_links_behind_the_joint_carry_no_mass_in_efforts(kind: str, seed: int) -> None:
+    machine = welded(seed, kind)
+    rng = np.random.default_rng(seed)
+    u, du = 0.03 * rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0, 2)
+    for loads in (machine.loads, heavy_loads(machine)):
+        require_equal(machine, [machine.close(u, du)], loads)
+    model = machine._model.program_model
+    tree = regrouped(model.tree, model.plan, machine.description.closures)
+    behind = [body for body in tree.bodies if body.name.startswith("a")][2:]
+    assert [body.mass for body in behind] == [0.0] * len(behind)
