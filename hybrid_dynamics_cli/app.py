@@ -29,6 +29,7 @@ VERBS = {  # name -> module, in the order of the help
     "simulate": "simulate",
     "workspace": "workspace",
     "branches": "branches",
+    "capability": "capability",
     "weigh": "weigh",
     "view": "view",
     "export": "export",

@@ -19,6 +19,7 @@ MAPS = {
     "workspace_forging.png": "workspace forging_chu2020 --draw",
     "workspace_delta.png": "workspace delta --draw",
     "margins_forging.png": "workspace forging_chu2020 --samples 1000 --over q12,q22 --draw",
+    "lifting_chart_excavator.png": "capability excavator --frame bucket --share 0.87 --draw",
     "modes_five_bar.svg": "branches five_bar --draw",
 }
 

@@ -36,6 +36,10 @@ class Machine(Protocol):
         """Names of all coordinates."""
 
     @property
+    def end_effector(self) -> str:
+        """Name of the end effector."""
+
+    @property
     def all_drives(self) -> tuple[str, ...]:
         """Names of all drives."""
 
@@ -145,7 +149,7 @@ class Capability:
             direction: (3,) in base axes, or (6,) with a moment; its length does not matter.
         """
         unit = _direction(direction)
-        return self._largest(self._forces(unit[None]), np.ones(1))
+        return largest(self._forces(unit[None]), self.drives)
 
     def accelerations(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
         """Accelerations of the frame from rest [m/s^2, rad/s^2].
@@ -187,12 +191,12 @@ class Capability:
         """
         still = self._standstill()
         payload = Payload(1.0, com)
-        frame = self._frame or "end_effector"
+        frame = self._frame or self._machine.end_effector
         held = self._machine.inverse_dynamics(still, self._still, self._loads)
         with_load = self._loads.with_payload(payload, frame)
         more = self._machine.inverse_dynamics(still, self._still, with_load) - held
         image = solutions(self._to_tau, more[:, None], held, *self._bounds())
-        return self._largest(image, np.ones(1))
+        return largest(image, self.drives)
 
     def breakout(self, drive: str, retracting: bool = False) -> Largest:
         """The largest force of the frame along its path when one drive moves.
@@ -250,18 +254,24 @@ class Capability:
         at_limit = [_at_limit(names, row, image) for row in forces]
         return hull(points, tuple(axes), at_limit)
 
-    def _largest(self, image: BoxImage, unit: Array) -> Largest:
-        """The largest y of an image of one dimension."""
-        try:
-            points, forces = image.vertices()
-        except UnlimitedError:
-            return Largest(np.inf, (), {})
-        if not len(points):
-            return Largest(-np.inf, (), {})
-        values = points @ unit
-        best = int(np.argmax(values))
-        efforts = dict(zip(self.drives, forces[best].tolist(), strict=True))
-        return Largest(float(values[best]), _at_limit(self.drives, forces[best], image), efforts)
+
+def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
+    """The largest y of an image of one dimension."""
+    try:
+        points, forces = image.vertices()
+    except UnlimitedError:
+        return Largest(np.inf, (), {})
+    if not len(points):
+        return Largest(-np.inf, (), {})
+    best = int(np.argmax(points[:, 0]))
+    efforts = dict(zip(drives, forces[best].tolist(), strict=True))
+    return Largest(float(points[best, 0]), _at_limit(drives, forces[best], image), efforts)
+
+
+def limits_of(machine: Machine) -> tuple[Array, Array]:
+    """Least and greatest efforts (m,) of all drives."""
+    bounds = np.reshape([machine.effort_ranges[name] for name in machine.all_drives], (-1, 2))
+    return bounds[:, 0], bounds[:, 1]
 
 
 def _is_limited(name: str, names: Sequence[str], image: BoxImage) -> bool:

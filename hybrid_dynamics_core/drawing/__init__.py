@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from ..capability import LiftingChart, lifting_chart
 from ..closed_state.state import ClosedState
 from ..errors import InputError, MissingPackageError
 from ..kinematics.workspace import Workspace
@@ -27,7 +28,15 @@ if TYPE_CHECKING:
 
     from ..simulation import Simulation
 
-__all__ = ["draw", "draw_margins", "draw_modes", "draw_on", "draw_simulation", "draw_workspace"]
+__all__ = [
+    "draw",
+    "draw_lifting_chart",
+    "draw_margins",
+    "draw_modes",
+    "draw_on",
+    "draw_simulation",
+    "draw_workspace",
+]
 
 
 def draw(
@@ -216,6 +225,37 @@ def draw_margins(
     from .maps.margin_map import margin_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = margin_figure(robot, over, u, checked_colour(colour), title)
+    _write(figure, path)
+    return figure
+
+
+def draw_lifting_chart(
+    robot: AnyRobot,
+    chart: LiftingChart | None = None,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    title: str | None = None,
+) -> Figure:
+    """Draw a lifting chart: the mass that the drives hold over reach and height.
+
+    Args:
+        robot: to be drawn, or its description.
+        chart: `capability.lifting_chart(robot)` if None.
+        path: file of the figure, .svg, .png or .pdf.
+        title: title of the figure; None: the robot's name.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for other suffixes.
+        MissingPackageError: without Matplotlib.
+    """
+    _need_matplotlib()
+    robot = robot_of(robot)
+    from .maps.lifting import lifting_figure  # noqa: PLC0415  needs Matplotlib
+
+    figure = lifting_figure(robot, lifting_chart(robot) if chart is None else chart, title)
     _write(figure, path)
     return figure
 
