@@ -21,7 +21,7 @@ SHIPPED_SAMPLE = ("ankle", "delta", "forging_chu2020")
 
 # Whole sets of random examples where it is set; so many times as many, others at each run, above 1.
 MORE_EXAMPLES = os.environ.get("MORE_EXAMPLES")
-SHARE = 8  # the sample of random examples is an eighth
+SHARE = 12  # the sample of random examples is a twelfth
 
 
 def swept(cases: Iterable[Any], sample: Collection[Any] = (*SAMPLE, *SHIPPED_SAMPLE)) -> list[Any]:

@@ -51,7 +51,7 @@ def test_what_is_far_off_is_counted_and_moves_the_rms_alone(recording: Path) -> 
     assert max(error.rms for error in others) < 2.0
 
 
-@pytest.mark.sweep(sample="test_the_terminal_and_json_tell_it")
+@pytest.mark.sweep(sample="test_the_terminal_and_the_page_tell_it")
 @pytest.mark.parametrize("bag", ["recording", "recording/"])
 def test_the_page_is_named_as_the_bag_was(
     recording: Path, monkeypatch: pytest.MonkeyPatch, bag: str
@@ -65,7 +65,7 @@ def test_the_page_is_named_as_the_bag_was(
     )  # it has no name here
 
 
-def test_the_terminal_and_json_tell_it(recording: Path) -> None:
+def test_the_terminal_and_the_page_tell_it(recording: Path) -> None:
     pytest.importorskip("matplotlib")
     page = recording.with_suffix(".html")
     said = call("bag", "report", str(recording))
@@ -76,6 +76,11 @@ def test_the_terminal_and_json_tell_it(recording: Path) -> None:
         word in page.read_text(encoding="utf-8")
         for word in ("50 % within", "95 % within", "far off")
     )
+
+
+@pytest.mark.sweep(sample="test_the_terminal_and_the_page_tell_it")
+def test_json_tells_it(recording: Path) -> None:
+    pytest.importorskip("matplotlib")
     told = json.loads(call("bag", "report", str(recording), "--json").stdout)["efforts"]
     assert told["q_L"]["far"] == len(SPIKES)
     assert np.isfinite(list(told["q_R"].values())).all()

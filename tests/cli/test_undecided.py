@@ -54,12 +54,18 @@ def test_all_open_loops_are_reported_and_the_others_keep_their_mode(excavator: s
     assert load_undecided("excavator")[1] == ()
 
 
-def test_branches_lists_the_modes_without_one_of_its_own(excavator: str, tmp_path: Path) -> None:
+@pytest.mark.sweep(sample="test_branches_lists_the_modes_without_one_of_its_own")
+def test_branches_draws_the_modes_without_one_of_its_own(excavator: str, tmp_path: Path) -> None:
     answer = call("branches", excavator, "--draw", str(tmp_path / "modes.svg"))
+    assert answer.exit_code == 0, answer.output
+    assert "own" not in (tmp_path / "modes.svg").read_text(encoding="utf-8")
+
+
+def test_branches_lists_the_modes_without_one_of_its_own(excavator: str) -> None:
+    answer = call("branches", excavator)
     assert answer.exit_code == 0, answer.output
     assert answer.output.count("to be decided") == 2
     assert "own mode" not in answer.output
-    assert "own" not in (tmp_path / "modes.svg").read_text(encoding="utf-8")
     answer = data_of("branches", excavator)
     assert len(answer["undecided"]) == 2
     assert not any(mode["own"] for mode in answer["modes"])

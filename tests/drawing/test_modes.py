@@ -121,13 +121,14 @@ def test_ground_is_the_same_in_every_mode_and_where_the_base_holds_joints(make) 
     """The hatched ground lies below the joints of the base, by a few radii of a joint."""
     mechanism = make()
     modes = mechanism.assembly_modes(mechanism.reference)
-    panels = [_ground(axes) for axes in draw_modes(mechanism).axes]
+    figure = draw_modes(mechanism)
+    panels = [_ground(axes) for axes in figure.axes]
     assert len(panels) == len(modes) > 1
     for panel in panels:
         assert panel.keys() == panels[0].keys() != set()
         for name, points in panel.items():
             np.testing.assert_allclose(points, panels[0][name], atol=1e-12)
-    for axes, mode in zip(draw_modes(mechanism).axes, modes, strict=True):
+    for axes, mode in zip(figure.axes, modes, strict=True):
         scene = make_scene(mechanism, mode.state, make_scene(mechanism, None))
         # Marks are larger where modes take more room than the reference, by this at most.
         radius = 1.8 * scene.joint_radius
