@@ -8,6 +8,7 @@ import numpy as np
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond, role
+from ..load_options import load_options, loads_of, pressure_forces, pressures_option
 from ..output import by_name, show, table
 from ..parameters import (
     EFFORTS,
@@ -25,6 +26,7 @@ from ..quantities import effort_units
 EPILOG = """\b
 Examples:
   hybrid-dynamics fd excavator
+  hybrid-dynamics fd excavator --pressures boom_cylinder=130*bar:5*bar
   hybrid-dynamics fd forging_chu2020 --tau q12=5000,q22=2000 --json
 """
 
@@ -36,15 +38,31 @@ Examples:
 @vector_option(
     "--tau", form=EFFORTS, help="Efforts of the actuators [N m or N]; zero where left out."
 )
+@pressures_option
+@load_options
 @json_option
-def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json: bool) -> None:
-    """Accelerations that the actuators' efforts give."""
+def command(
+    robot: str,
+    u: str | None,
+    du: str | None,
+    tau: str | None,
+    pressures: tuple[str, ...],
+    payload: float | None,
+    com: str | None,
+    wrench: str | None,
+    frame: str | None,
+    as_json: bool,
+) -> None:
+    """Accelerations that the actuators' efforts give, or pressures of their cylinders."""
     machine = loaded(robot)
     state = closed(machine, u, du)
     efforts = vector(
         "--tau", tau, machine.active, np.zeros(len(machine.active)), effort_units(machine)
     )
-    ddu = machine.forward_dynamics(state, efforts)
+    forces = pressure_forces(machine, pressures)
+    efforts = efforts + machine.generalised_forces(state, forces)
+    loads = loads_of(machine, payload, com, wrench, frame)
+    ddu = machine.forward_dynamics(state, efforts, loads)
     dds = machine.accelerations(state, ddu)
     rows: list[list[object]] = []
     for name, acceleration in zip(machine.coordinates, dds.tolist(), strict=True):

@@ -10,6 +10,7 @@ import numpy as np
 from hybrid_dynamics_core.ground.units import effort_unit
 
 from ..limits import beyond
+from ..load_options import load_options, loads_of
 from ..output import by_name, show, table
 from ..parameters import (
     closed,
@@ -27,6 +28,7 @@ HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]
 EPILOG = """\b
 Examples:
   hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
+  hybrid-dynamics id excavator --payload 900 --com=-0.6,0.3,0
   hybrid-dynamics id excavator --ddu boom_cylinder=0.1 --json
 """
 
@@ -36,12 +38,23 @@ Examples:
 @u_option
 @du_option
 @vector_option("--ddu", help="Their accelerations [per second squared]; zero where left out.")
+@load_options
 @json_option
-def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json: bool) -> None:
+def command(
+    robot: str,
+    u: str | None,
+    du: str | None,
+    ddu: str | None,
+    payload: float | None,
+    com: str | None,
+    wrench: str | None,
+    frame: str | None,
+    as_json: bool,
+) -> None:
     """Efforts that the actuators need for a motion, and what they are made of.
 
-    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and
-    springs (passive).
+    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction,
+    springs and wrenches (passive).
     """
     machine = loaded(robot)
     state = closed(machine, u, du)
@@ -52,13 +65,14 @@ def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json:
         np.zeros(len(machine.active)),
         coordinate_units(machine, "/s^2"),
     )
-    tau = machine.inverse_dynamics(state, accelerations)
-    mass_matrix, speed, weight = machine.minimal_form(state)
+    loads = loads_of(machine, payload, com, wrench, frame)
+    tau = machine.inverse_dynamics(state, accelerations, loads)
+    mass_matrix, speed, weight = machine.minimal_form(state, loads)
     parts = {
         "M_ddu": mass_matrix @ accelerations,
         "C_du": speed,
         "G": weight,
-        "passive": machine.passive_forces(state),
+        "passive": machine.passive_forces(state, loads),
     }
     rows: list[list[object]] = []
     for k, name in enumerate(machine.active):

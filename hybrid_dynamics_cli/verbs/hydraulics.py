@@ -1,0 +1,81 @@
+"""Pressures, flows and strokes of hydraulic cylinders."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import click
+import numpy as np
+
+from hybrid_dynamics_core import InputError
+
+from ..load_options import load_options, loads_of
+from ..output import show, table
+from ..parameters import (
+    closed,
+    du_option,
+    json_option,
+    loaded,
+    robot_argument,
+    u_option,
+    vector,
+    vector_option,
+)
+from ..quantities import coordinate_units
+
+BAR = 1e5  # [Pa]
+LITRES = 6e4  # [l/min] in a m^3/s
+HEAD = ["cylinder", "force N", "cap bar", "rod bar", "pump l/min", "power W", "to low m", "to up m"]
+EPILOG = """\b
+Examples:
+  hybrid-dynamics hydraulics excavator --payload 900
+  hybrid-dynamics hydraulics excavator --du boom_cylinder=0.2 --json
+"""
+
+
+@click.command(epilog=EPILOG, short_help="Pressures, flows and strokes of cylinders.")
+@robot_argument
+@u_option
+@du_option
+@vector_option("--ddu", help="Their accelerations [per second squared]; zero where left out.")
+@load_options
+@json_option
+def command(
+    robot: str,
+    u: str | None,
+    du: str | None,
+    ddu: str | None,
+    payload: float | None,
+    com: str | None,
+    wrench: str | None,
+    frame: str | None,
+    as_json: bool,
+) -> None:
+    """Pressures of both chambers, flow of the pump, power and stroke of every cylinder.
+
+    A chamber that does not push is at return pressure. With --json all values are in SI units.
+    """
+    machine = loaded(robot)
+    if not machine.cylinders:
+        raise InputError(f"{machine.name} has no hydraulic cylinder in its description")
+    state = closed(machine, u, du)
+    zero = np.zeros(len(machine.active))
+    units = coordinate_units(machine, "/s^2")
+    accelerations = vector("--ddu", ddu, machine.active, zero, units)
+    loads = loads_of(machine, payload, com, wrench, frame)
+    tau = machine.inverse_dynamics(state, accelerations, loads)
+    data = {}
+    rows: list[list[object]] = []
+    notes = []
+    for name, cylinder in machine.hydraulics(state, tau).items():
+        values = {one.name: np.asarray(getattr(cylinder, one.name)) for one in fields(cylinder)}
+        data[name] = values
+        numbers = {key: float(value) for key, value in values.items()}
+        row = [numbers["force"], numbers["cap_pressure"] / BAR, numbers["rod_pressure"] / BAR]
+        row += [numbers["demand"] * LITRES, numbers["power"]]
+        rows.append([name, *row, numbers["to_lower"], numbers["to_upper"]])
+        if cylinder.overloaded:
+            limit = machine.cylinders[name].supply_pressure / BAR
+            notes.append(f"note: {name} needs more than its supply pressure of {limit:g} bar")
+    total = sum(float(values["demand"]) for values in data.values())
+    show({"cylinders": data, "demand": total}, as_json, "\n".join([table(HEAD, rows), *notes]))
