@@ -10,12 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.formats.c.answers import answers, random_arguments
 from hybrid_dynamics_core.formats.c.calls import CALLS
 from hybrid_dynamics_core.formats.c.states import random_states
 from hybrid_dynamics_core.formats.c.tracer import Tracer
 from tests.generated.case import Case
 from tests.generated.class_three import class_three
+from tests.generated.over_determined import KINDS, over_determined
 from tests.generated.robots import examples
 
 from .c_builds import build, needs_compiler
@@ -31,7 +33,18 @@ LEFT_OUT = ("hydraulics", "ik_step", "forward_dynamics_derivatives")
 @examples(8)
 @given(class_three(), st.sampled_from(["description", "arguments"]))
 def test_random_robots_have_the_numbers_of_the_library(case: Case, loads: str) -> None:
-    robot = case.robot
+    assert_has_the_numbers_of_the_library(case.robot, loads)
+
+
+@needs_compiler
+@pytest.mark.sweep(sample="test_random_robots_have_the_numbers_of_the_library")
+@pytest.mark.parametrize("kind", KINDS)
+def test_over_determined_loops_have_the_numbers_of_the_library(kind: str) -> None:
+    """Their least squares are in the code too."""
+    assert_has_the_numbers_of_the_library(Robot(over_determined(kind, 1)), "description")
+
+
+def assert_has_the_numbers_of_the_library(robot: Robot, loads: str) -> None:
     rng = np.random.default_rng(1)
     found = list(random_states(robot, COUNT, rng))
     assert found
