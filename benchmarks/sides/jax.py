@@ -20,7 +20,12 @@ def sides(robot: Robot) -> list[Side]:
     """The jit of one state, and of vmap for a batch."""
     jax.config.update("jax_enable_x64", True)
     functions = SimpleNamespace(
-        sin=jnp.sin, cos=jnp.cos, sqrt=jnp.sqrt, fabs=jnp.abs, atan2=jnp.arctan2
+        sin=jnp.sin,
+        cos=jnp.cos,
+        sqrt=jnp.sqrt,
+        fabs=jnp.abs,
+        floor=jnp.floor,
+        atan2=jnp.arctan2,
     )
     text = inverse_dynamics(robot, functions)
 

@@ -15,7 +15,7 @@ class Value:
     """A scalar of another engine with the methods that `algebra.scalar` asks for."""
 
     __slots__ = ("of",)
-    engine: Any  # has sin, cos, sqrt, fabs, atan2
+    engine: Any  # has sin, cos, sqrt, fabs, floor, atan2
 
     def __init__(self, of: Any) -> None:
         self.of = of
@@ -67,6 +67,10 @@ class Value:
     def absolute(self) -> Value:
         """Absolute value."""
         return type(self)(self.engine.fabs(self.of))
+
+    def rint(self) -> Value:
+        """The nearest integer."""
+        return type(self)(self.engine.floor(self.of + 0.5))
 
 
 def plain(x: Any) -> Any:
