@@ -13,7 +13,7 @@ from .kinematics import pose_of
 from .model import AT_POSITION, Inputs, Model, Program
 
 TARGET = {"position": 3, "rotation": 9, "weights": 6}
-DAMPING = 1e-6  # share of the mean diagonal entry of J^T J
+DAMPING = 1e-4  # share of the mean diagonal entry of J^T J
 LONGEST = 0.2  # [rad or m] length of a step
 TINY = 1e-15
 

@@ -10,6 +10,7 @@ from hybrid_dynamics_core import ClosedState, Robot
 from hybrid_dynamics_core.formats.c.calls import CALLS
 from hybrid_dynamics_core.kinematics.pose import rotation_vector
 from hybrid_dynamics_core.programs import HYDRAULICS
+from hybrid_dynamics_core.programs.steps import DAMPING
 
 Values = np.ndarray
 Answers = Mapping[str, tuple[list[Values], list[Values]]]
@@ -75,7 +76,7 @@ def _steps(
     moves = []
     for row, weight, wanted in zip(jacobian, weights, error, strict=True):
         system = weight[:, None] * row
-        damping = np.sqrt(1e-6 * np.sum(system**2) / state.n)
+        damping = np.sqrt(DAMPING * np.sum(system**2) / state.n)
         extended = np.vstack([system, damping * np.eye(state.n)])
         move = np.linalg.pinv(extended) @ np.concatenate([weight * wanted, np.zeros(state.n)])
         moves.append(move * min(1.0, 0.2 / np.linalg.norm(move)))

@@ -25,13 +25,13 @@ from hybrid_dynamics_core.export import to_c
 from hybrid_dynamics_core.formats.c import parts, shared, writer
 from hybrid_dynamics_core.formats.c.calls import CALLS
 from hybrid_dynamics_core.formats.c.names import identifier
-from tests.sampling import swept
+from tests.sampling import MORE_EXAMPLES, swept
 
 from .c_builds import WARNINGS, Built, build, needs_compiler, run, states
 from .c_requests import names_for, requested
 
 ROBOTS = swept(shipped_robots(), ("five_bar",))
-COUNT = 1000
+COUNT = 1000 if MORE_EXAMPLES else 100  # states of a robot
 
 OK, SINGULAR = 0, 2
 
@@ -62,7 +62,15 @@ def every(robot: Robot) -> list[str]:
 
 @needs_compiler
 @pytest.mark.parametrize("name", swept(shipped_robots(), ("type_c",)))
-@pytest.mark.parametrize("options", [{"real": "float"}, {"loads": "arguments"}], ids=str)
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param({"real": "float"}, marks=pytest.mark.sweep),
+        pytest.param({"loads": "arguments"}, marks=pytest.mark.sweep),
+        {"real": "float", "loads": "arguments"},
+    ],
+    ids=str,
+)
 def test_every_option_checks_itself(name: str, options: dict[str, str], tmp_path: Path) -> None:
     """The vectors are answers of the library, with random payloads and friction as arguments."""
     robot = load(name)
@@ -156,13 +164,14 @@ int main()
 
 
 @needs_compiler
+@pytest.mark.sweep(sample="test_a_wrong_length_does_not_compile")
 @pytest.mark.parametrize(
     ("compiler", "standard", "with_eigen"),
     [
         ("g++", "c++17", False),
-        pytest.param("g++", "c++20", True, marks=pytest.mark.sweep),
-        pytest.param("clang++", "c++17", True, marks=pytest.mark.sweep),
-        pytest.param("clang++", "c++20", False, marks=pytest.mark.sweep),
+        ("g++", "c++20", True),
+        ("clang++", "c++17", True),
+        ("clang++", "c++20", False),
     ],
 )
 def test_the_cpp_face(compiler: str, standard: str, with_eigen: bool, tmp_path: Path) -> None:
