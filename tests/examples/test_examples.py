@@ -23,6 +23,7 @@ PRINTS = {  # the script, and what its output has to say
     "staicu_path": "leg F: travels",
     "identify_from_bag": "base parameters are within their 95 % intervals",
     "mpc_batch": "plan, full model",
+    "weighing_bucket": "with an empty run:",
 }
 SAMPLE = ("excavator_digging", "palletizer_level_wrist")  # of which each run draws the figures
 
