@@ -33,6 +33,18 @@ def test_a_target_is_reached_on_the_modes_of_a_given_state(name: str) -> None:
         assert np.allclose(machine.forward_kinematics(found.state).position, target, atol=1e-8)
 
 
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_one_start_descends_as_it_does_among_several(forging: Robot, most: int) -> None:
+    """Both take the steps that are allowed, before rounding decides when they end."""
+    target = forging.forward_kinematics(forging.close(forging.reference + 0.1))
+    start = forging.reference - 0.05
+    problem = build_problem(forging, target, POSITION_ROWS, start, None)
+    alone = problem.descend(start[None], most)
+    among = problem.descend(np.array([start, start]), most)
+    assert alone.u[0] == pytest.approx(among.u[0], abs=1e-12)
+    assert alone.iterations == among.iterations == most
+
+
 def test_the_other_mode_has_another_reach(forging: Robot) -> None:
     own = forging.close(forging.reference)
     other = next(
