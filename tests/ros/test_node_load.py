@@ -15,6 +15,8 @@ from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
 from hybrid_dynamics_msgs.srv import SolveFK, SolveIK
 from sensor_msgs.msg import JointState
 
+from tests.sampling import swept
+
 ROOT = Path(__file__).resolve().parents[2]
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.0, 0.1, 0.15, 0.0]
@@ -173,7 +175,7 @@ def test_a_killed_worker_is_replaced_and_a_killed_node_leaves_no_process(start_n
     assert again.stop() == 0
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", swept([signal.SIGINT, signal.SIGTERM], [signal.SIGINT]))
 def test_a_signal_under_load_ends_the_node_cleanly(start_node, connect, number):
     node = start_node()
     client = connect()
