@@ -70,6 +70,17 @@ class LeastSquares:
             inverse = inverse + self._inverse.adjugate[k][k] / square
         return len(units) * sqrt(self._inverse.divisor / (total * inverse))
 
+    def excess(self, units: Sequence[float], limit: float) -> Scalar:
+        """A scalar that is positive if the conditioning is above a limit.
+
+        Args:
+            units: as for `conditioning`.
+            limit: the limit.
+        """
+        if self._is_square:
+            return self._inverse.excess(self.matrix, units, limit)
+        return self.conditioning(units) - limit
+
 
 def _times(rows: Matrix, x: Scalars) -> list[Scalar]:
     (products,) = transposed_product(transposed([x]), transposed(rows))

@@ -76,16 +76,26 @@ class Inverse:
             units: unit of the unknown of each column. A is the matrix with its columns multiplied
                 by these units.
         """
-        squares: list[Scalar] = []
-        for row in matrix:
-            squares += [a * a * (unit * unit) for a, unit in zip(row, units, strict=True)]
-        total = _sum(squares)
+        total = _sum_of_squares(matrix, units)
         if self.size == 2:  # the adjugate has the norm of the matrix
             return 2.0 * units[0] * units[1] * absolute(self.divisor) / total
         inverse_squares: list[Scalar] = []
         for row, unit in zip(self.adjugate, units, strict=True):
             inverse_squares += [a * a / (unit * unit) for a in row]
         return self.size * absolute(self.divisor) / sqrt(total * _sum(inverse_squares))
+
+    def excess(self, matrix: Matrix, units: Sequence[float], limit: float) -> Scalar:
+        """A scalar that is positive if the conditioning is above a limit.
+
+        Args:
+            matrix: as for `conditioning`.
+            units: as for `conditioning`.
+            limit: the limit.
+        """
+        if self.size == 2:
+            ratio = limit / (2.0 * units[0] * units[1])
+            return absolute(self.divisor) - ratio * _sum_of_squares(matrix, units)
+        return self.conditioning(matrix, units) - limit
 
     def solve(self, rhs: Scalars) -> list[Scalar]:
         """x with matrix x = rhs."""
@@ -110,6 +120,14 @@ def pivot_order(matrix: Array) -> tuple[int, ...]:
             factors = remaining[rows, column] / remaining[pivot, column]
             remaining[rows] -= np.outer(factors, remaining[pivot])
     return tuple(order)
+
+
+def _sum_of_squares(matrix: Matrix, units: Sequence[float]) -> Scalar:
+    """The squared Frobenius norm of a matrix with its columns multiplied by units."""
+    squares: list[Scalar] = []
+    for row in matrix:
+        squares += [a * a * (unit * unit) for a, unit in zip(row, units, strict=True)]
+    return _sum(squares)
 
 
 def _product(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:

@@ -7,6 +7,7 @@ rotors behind gears and springs act along the joints.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ..algebra.scalar import Scalar, Scalars, sqrt
@@ -19,6 +20,8 @@ from ..mechanism.joint_velocity import (
     joint_velocities,
 )
 from ..mechanism.tree import Body, Tree
+from .grouped import GroupedDynamics
+from .parallel_axes import Layout
 from .spanning import TreeDynamics, Wrench, total
 
 FRICTION = ("viscous", "coulomb", "smoothing")
@@ -108,18 +111,47 @@ class LoadedTree:
     """
 
     def __init__(
-        self, tree: Tree, pattern: LoadPattern, values: LoadValues, configuration: Configuration
+        self,
+        tree: Tree,
+        pattern: LoadPattern,
+        values: LoadValues,
+        configuration: Configuration,
+        layout: Layout | None = None,
     ) -> None:
+        """Load the tree.
+
+        Args:
+            tree: the tree.
+            pattern: pattern of the loads.
+            values: values of the loads.
+            configuration: all coordinates.
+            layout: axes in which links have common ones. Forces along s then have the right
+                projection R^T f, and are not those of the open tree.
+        """
         self.pattern = pattern
         self.values = values
         self.configuration = configuration
         self.tree = TreeDynamics(_with_payloads(tree, pattern, values.payloads), configuration)
         self.applied = self._applied()
+        self._grouped: GroupedDynamics | None = None
+        if layout is not None:
+            self._grouped = GroupedDynamics(self.tree.tree, layout, configuration)
 
     def forces(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Scalar]:
         """Forces along s (n_s,) for the motion: inertia, gravity and all loads."""
-        wrenches = self.joint_wrenches(gravity, ds, dds)
-        return self.with_joint_effects(self.tree.along_joints(wrenches), ds, dds)
+        return self.with_joint_effects(self._of_bodies(gravity, ds, dds, self.applied), ds, dds)
+
+    def without_loads(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Scalar]:
+        """Forces along s (n_s,) of inertia and gravity, payloads included."""
+        return self._of_bodies(gravity, ds, dds, {})
+
+    def _of_bodies(
+        self, gravity: Vector, ds: Scalars, dds: Scalars, applied: Mapping[int, Wrench]
+    ) -> list[Scalar]:
+        if self._grouped is not None:
+            return self._grouped.forces(gravity, ds, dds, applied)
+        needed = self.tree.body_wrenches(gravity, ds, dds)
+        return self.tree.along_joints(self.tree.transmitted(needed, applied))
 
     def joint_wrenches(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Wrench]:
         """The wrenches that the joints of the open tree transmit to their bodies."""
@@ -129,7 +161,7 @@ class LoadedTree:
     def inertial_forces(self, dds: Scalars) -> list[Scalar]:
         """M(s) s'', rotors included."""
         still = [0.0] * len(dds)
-        return self.with_rotors(self.tree.inverse_dynamics(ZERO3, still, dds), dds, still, still)
+        return self.with_rotors(self.without_loads(ZERO3, still, dds), dds, still, still)
 
     def with_rotors(
         self, forces: Scalars, dds: Scalars, ds: Scalars, other: Scalars

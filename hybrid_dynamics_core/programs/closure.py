@@ -28,10 +28,10 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     motion = ClosedMotion(model.tree, model.plan, x.u, x.branch, guess)
     distances = motion.distances()
     checks: list[Check] = []
-    for k, (block, distance) in enumerate(zip(motion.blocks, distances, strict=True)):
+    for k, block in enumerate(motion.blocks):
         checks.append(Check(block.margin, 0.0, unreachable(k)))
         singular = Outcome(OutcomeKind.SINGULAR, k).encode()
-        checks.append(Check(distance, SINGULAR, singular))
+        checks.append(Check(block.excess(model.tree, SINGULAR), 0.0, singular))
     half_turn = unreachable(len(distances))
     checks += [Check(guard, 0.0, half_turn) for guard in motion.guards]
     inconsistent = unreachable(len(distances) + 1)

@@ -44,13 +44,15 @@ class Dynamics:
             x: inputs of the program.
             pattern: pattern of the loads.
             minimal: whether only forces along the active coordinates are asked for: inertial
-                parameters are then regrouped.
+                parameters are then regrouped, and links with parallel joints have common axes.
         """
         self.motion, self.checks, self.distances = closed_motion(model, x)
         self.ds = self.motion.rates(x.du)
         self.gravity = tuple(x.gravity)
-        tree = model.regrouped if minimal else model.tree
-        self.loaded = LoadedTree(tree, pattern, x, self.motion.configuration)
+        tree, layout = model.tree, None
+        if minimal:
+            tree, layout = model.regrouped, model.layout
+        self.loaded = LoadedTree(tree, pattern, x, self.motion.configuration, layout)
         self.tree = self.loaded.tree
         self.n = len(x.u)
 
@@ -117,13 +119,13 @@ def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern, minimal=True)
-        tree = dynamics.tree
+        loaded = dynamics.loaded
         ds = dynamics.ds
         still: list[Scalar] = [0.0] * dynamics.motion.size
         drift = dynamics.drift()
-        inertial = tree.inverse_dynamics(ZERO3, ds, drift)
-        bias = dynamics.loaded.with_rotors(inertial, drift, ds, ds)
-        gravity = tree.inverse_dynamics(dynamics.gravity, still, still)
+        inertial = loaded.without_loads(ZERO3, ds, drift)
+        bias = loaded.with_rotors(inertial, drift, ds, ds)
+        gravity = loaded.without_loads(dynamics.gravity, still, still)
         outputs = {
             "M": dynamics.mass_matrix(),
             "h": dynamics.project(bias),

@@ -78,7 +78,7 @@ def solve_motion(
     checks: list[Check] = []
     for i, (pivot, scale) in enumerate(zip(mass.pivots, scales.active, strict=True)):
         least = -SINGULAR_MASS if i in model.idle else SINGULAR_MASS
-        checks.append(Check(pivot / scale, least, MASS_SINGULAR))
+        checks.append(Check(pivot - least * scale, 0.0, MASS_SINGULAR))
     if model.idle:
         size = _square_of_forces(dynamics, scales, forces, tau)
         for i, force in enumerate(mass.remainders(rhs)):

@@ -9,6 +9,7 @@ from ..algebra.scalar import Scalars
 from ..closure.plan import ClosurePlan
 from ..description.model import Closure
 from ..dynamics.load_pattern import FRICTION, SPRINGS, LoadPattern, LoadValues
+from ..dynamics.parallel_axes import Layout, lay_out
 from ..dynamics.regrouped import regrouped
 from ..ground.lazy import lazy
 from ..kernels.run import Kernel
@@ -47,6 +48,11 @@ class Model:
     def regrouped(self) -> Tree:
         """The tree with few inertial parameters, for forces along the given coordinates alone."""
         return regrouped(self.tree, self.plan, self.closures)
+
+    @lazy
+    def layout(self) -> Layout:
+        """The axes that links with parallel joints have in common."""
+        return lay_out(self.regrouped, self.plan)
 
     def size(self, name: str) -> int:
         """Length of an input vector."""

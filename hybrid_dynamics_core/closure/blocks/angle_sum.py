@@ -13,7 +13,15 @@ from .block_solver import BlockSolver
 
 
 class AngleBlock(BlockSolver):
-    """One angle by addition; its cosine and sine by the addition theorems."""
+    """One angle by addition; its cosine and sine by the addition theorems.
+
+    Attributes:
+        angles: the equation.
+        others: the other coordinates with their signs. Their sum and the offset are the angle.
+        offset: the constant part of the angle [rad].
+    """
+
+    meets_guards = True
 
     def __init__(self, angles: AngleSum, unknown: int, mode: str) -> None:
         self.angles = angles
@@ -22,15 +30,15 @@ class AngleBlock(BlockSolver):
         self.modes = (mode,)
         signs = dict(angles.turns)
         sign_of_unknown = signs.pop(unknown)
-        self._others = [(k, -sign * sign_of_unknown) for k, sign in signs.items()]
-        self._offset = -angles.offset * sign_of_unknown
+        self.others = [(k, -sign * sign_of_unknown) for k, sign in signs.items()]
+        self.offset = -angles.offset * sign_of_unknown
 
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Always closes."""
-        offset = (math.cos(self._offset), math.sin(self._offset))
+        offset = (math.cos(self.offset), math.sin(self.offset))
         direction: Vector = constant(offset)
-        angle: Scalar = self._offset
-        for k, sign in self._others:
+        angle: Scalar = self.offset
+        for k, sign in self.others:
             direction = turn(configuration.c[k], sign * configuration.s[k], direction)
             angle = angle + sign * configuration.q[k]
         (unknown,) = self.unknowns

@@ -101,8 +101,9 @@ def _triangle(v: Vector, w: Vector, twice: Scalar, branch: Scalar) -> tuple[Scal
     """
     squared = dot(v, v) * dot(w, w)
     k = 0.5 * twice
-    margin = 1.0 - k * k / squared
-    height = branch * sqrt(squared * margin)  # v x (R w)
+    left = squared - k * k
+    margin = left / squared
+    height = branch * sqrt(left)  # v x (R w)
     a = dot(v, w)
     b = cross2(v, w)
     cosine = (a * k + b * height) / squared
@@ -144,8 +145,9 @@ class RevoluteAndPrismatic(DyadBlock):
         along = dot(start, e)
         across = cross2(e, start)
         squared = dot(radius, radius)
-        margin = 1.0 - across * across / squared
-        stroke = branch * sqrt(squared * margin) - along
+        left = squared - across * across
+        margin = left / squared
+        stroke = branch * sqrt(left) - along
         reached = add(start, scale(stroke, e))
         configuration.set_length(self.joints[prismatic].coordinate, stroke)
         if slide_turns:

@@ -87,9 +87,9 @@ class StrokeBlock(DistanceBlock):
         e = joint.axis
         along = dot(x, e)
         squared = dot(y, y)
-        margin = 1.0 - (dot(x, x) - along * along) / squared
-        configuration.set_length(self.unknowns[0], branch * sqrt(squared * margin) - along)
-        return margin
+        left = squared - (dot(x, x) - along * along)
+        configuration.set_length(self.unknowns[0], branch * sqrt(left) - along)
+        return left / squared
 
 
 class CrankBlock(DistanceBlock):
@@ -124,8 +124,9 @@ def _solve_sum(a: Scalar, b: Scalar, c: Scalar, branch: Scalar) -> Turn:
         Cosine, sine and the margin, sin^2 of the angle to the toggle point.
     """
     squared = a * a + b * b
-    margin = 1.0 - c * c / squared
-    root = branch * sqrt(squared * margin)
+    left = squared - c * c
+    margin = left / squared
+    root = branch * sqrt(left)
     cosine = (a * c - b * root) / squared
     sine = (b * c + a * root) / squared
     return cosine, sine, margin

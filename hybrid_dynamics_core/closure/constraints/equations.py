@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -53,6 +54,17 @@ class LoopEquations(ABC):
     def size(self) -> int:
         """Number of equations."""
         return len(self.involved)
+
+    @property
+    def unit(self) -> float:
+        """The factor that makes the equations dimensionless."""
+        return 1.0
+
+    def unscaled(self) -> LoopEquations:
+        """The same equations without that factor."""
+        other = copy.copy(self)
+        other.length = 1.0
+        return other
 
     @property
     def coordinates(self) -> list[int]:

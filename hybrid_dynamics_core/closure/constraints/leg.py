@@ -107,6 +107,11 @@ class Distance(LoopEquations):
         coordinates = [chain.coordinates for chain in chains]
         self.involved = (frozenset().union(*coordinates),)
 
+    @property
+    def unit(self) -> float:
+        """One over the squared length."""
+        return 1.0 / self.length**2
+
     def ends(self, configuration: Configuration) -> tuple[ChainState, ChainState, ChainState]:
         """Meeting point, leg vector, target point."""
         leg = self.pivot.after.at(configuration).relative_to(self.pivot.centre)
@@ -116,18 +121,17 @@ class Distance(LoopEquations):
         """Rows: D . J_target - D . J_O - leg . J_leg, over the length squared."""
         origin, leg, target = self.ends(configuration)
         gap = sub(target.end, origin.end)
-        unit = 1.0 / self.length**2
         row: Row = {}
         terms = (
-            (unit, gap, target),
-            (-unit, gap, origin),
-            (-unit, leg.end, leg),
+            (self.unit, gap, target),
+            (-self.unit, gap, origin),
+            (-self.unit, leg.end, leg),
         )
         for factor, vector, state in terms:
             for k, (linear, _) in state.columns().items():
                 row[k] = factor * dot(vector, linear)
         difference = dot(gap, gap) - dot(leg.end, leg.end)
-        return Linearised([row], [0.5 * unit * difference])
+        return Linearised([row], [0.5 * self.unit * difference])
 
     def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """Second derivative with joint accelerations zero."""
@@ -139,7 +143,7 @@ class Distance(LoopEquations):
         acceleration = sub(_linear(target.bias(rates)), _linear(origin.bias(rates)))
         total = total + dot(gap, acceleration)
         total = total - dot(leg_velocity, leg_velocity) - dot(leg.end, _linear(leg.bias(rates)))
-        return [total / self.length**2]
+        return [total * self.unit]
 
     def extent(self, configuration: Configuration) -> float:
         """Largest distance between axes, meeting point, and target [m]."""
@@ -165,6 +169,11 @@ class Direction(LoopEquations):
         self.target = target
         self.length = chains_length(leg, target)
         self.involved = (leg.coordinates | target.coordinates,) * 2
+
+    @property
+    def unit(self) -> float:
+        """One over the squared length."""
+        return 1.0 / self.length**2
 
     def linearise(self, configuration: Configuration) -> Linearised:
         """The difference of the end points and its Jacobian, projected."""
@@ -195,8 +204,7 @@ class Direction(LoopEquations):
 
     def _directions(self, leg: ChainState) -> list[Vector]:
         columns = leg.columns()
-        unit = 1.0 / self.length**2
-        return [scale(unit, _linear(columns[k])) for k in self.pivot.coordinates]
+        return [scale(self.unit, _linear(columns[k])) for k in self.pivot.coordinates]
 
 
 def _linear(motion: Column) -> Vector:

@@ -147,6 +147,11 @@ class PlanarPin(LoopEquations):
         self.length = widest([*pivots, geometry.point_a, geometry.point_b]) or 1.0
         self.involved = (frozenset(joint.coordinate for joint in geometry.joints),) * 2
 
+    @property
+    def unit(self) -> float:
+        """One over the length."""
+        return 1.0 / self.length
+
     def chains(self, configuration: Configuration) -> tuple[PlanarChainState, PlanarChainState]:
         """Both chains at a configuration."""
         g = self.geometry
@@ -158,20 +163,19 @@ class PlanarPin(LoopEquations):
     def linearise(self, configuration: Configuration) -> Linearised:
         """Difference of the end points."""
         a, b = self.chains(configuration)
-        unit = 1.0 / self.length
         rows: list[Row] = [{}, {}]
-        for factor, chain in ((unit, a), (-unit, b)):
+        for factor, chain in ((self.unit, a), (-self.unit, b)):
             for coordinate, column in chain.columns():
                 for row, value in zip(rows, column, strict=True):
                     row[coordinate] = factor * value
         gap = sub(a.end, b.end)
-        return Linearised(rows, list(scale(unit, gap)))
+        return Linearised(rows, list(scale(self.unit, gap)))
 
     def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """Difference of the end points' accelerations with joint accelerations zero."""
         a, b = self.chains(configuration)
         gap = sub(a.bias(rates), b.bias(rates))
-        return list(scale(1.0 / self.length, gap))
+        return list(scale(self.unit, gap))
 
     def extent(self, configuration: Configuration) -> float:
         """Largest distance between pivots and pin [m]."""

@@ -57,7 +57,11 @@ def plane_basis(tree: Tree, bodies: Sequence[int], ancestor: int) -> Array:
         outside = _outside(axes, normals)
         _require_one_direction(axes, outside)
         raise ValueError(_not_planar(axes, normals, outside))
-    normal = normals[0]
+    return normal_basis(normals[0])
+
+
+def normal_basis(normal: Array) -> Array:
+    """Two axes across a unit vector, and the vector itself, as rows (3, 3)."""
     first = _some_axis_across(normal)
     return np.array([first, np.cross(normal, first), normal])
 

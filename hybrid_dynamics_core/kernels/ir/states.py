@@ -16,6 +16,7 @@ from .blocks import call_block, fetch_input
 from .nodes import Nodes
 from .parts import Parts
 from .text import Function, Lanes
+from .transpose import load_columns, pieces, store_rows
 
 # states gathered at a time: several vectors, which fit into the first-level cache
 BLOCK = 64
@@ -122,13 +123,11 @@ def wide_functions(trace: Trace, width: int) -> list[str]:
     inputs = [_load_column(lanes, n) for n in range(len(components))]
     status = _status(nodes, inputs)
     f.do(f"store {lanes.integer} {status}, ptr %status, align 8")
-    lengths = sizes(trace)
-    for output, (number, place) in zip(trace.outputs, _places(trace), strict=True):
-        value = nodes.value(output)
-        for lane in range(width):
-            entry = f.let(f"extractelement {lanes.kind} {value}, i64 {lane}")
-            index = lane * lengths[number] + place
-            f.store(entry, f"%o{number}", index)
+    values = [nodes.value(output) for output in trace.outputs]
+    for number, size in enumerate(sizes(trace)):
+        for first, length in pieces(size, width):
+            store_rows(f, values[first : first + length], f"%o{number}", size, first, width)
+        values = values[size:]
     f.do("ret void")
     return [*parts.functions(call_block), f.text()]
 
@@ -229,31 +228,56 @@ class _Blocks:
     def write(self) -> None:
         f = self.f
         vectors = sorted({v for v, _ in self.read})
-        self._gather("0", vectors)
+        for v in vectors:
+            is_shared = f.let(f"icmp eq i64 %stride{v}, 0")
+            with f.when(is_shared), f.loop(0, BLOCK) as lane:
+                self._gather_state("0", lane, v)
         with f.loop(0, "%n", BLOCK) as start:
-            for v in vectors:
-                varies = f.let(f"icmp ne i64 %stride{v}, 0")
-                with f.when(varies):
-                    self._gather(start, [v])
             remaining = f.let(f"sub i64 %n, {start}")
             is_short = f.let(f"icmp slt i64 {remaining}, {BLOCK}")
             length = f.let(f"select i1 {is_short}, i64 {remaining}, i64 {BLOCK}")
+            for v in vectors:
+                varies = f.let(f"icmp ne i64 %stride{v}, 0")
+                with f.when(varies), f.loop(0, length, self.width) as first:
+                    self._gather(start, first, v)
             with f.loop(0, length, self.width) as first:
                 self._vector(start, first, remaining)
 
-    def _gather(self, start: str, vectors: Sequence[int]) -> None:
-        """Copy a block of states to columns; the last state is repeated to fill a vector."""
+    def _gather(self, start: str, first: str, vector: int) -> None:
+        """Copy an input of a vector of states to columns; the last state is repeated to fill it."""
         f = self.f
-        with f.loop(0, BLOCK) as lane:
-            row = f.let(f"add i64 {start}, {lane}")
-            is_beyond = f.let(f"icmp sgt i64 {row}, {self.last}")
-            row = f.let(f"select i1 {is_beyond}, i64 {self.last}, i64 {row}")
-            for v in vectors:
-                place = _input_row(f, v, row)
-                for n, (vector, k) in enumerate(self.read):
-                    if vector == v:
-                        value = f.load(place, k)
-                        f.store(value, self.columns, n * BLOCK, lane)
+        row = f.let(f"add i64 {start}, {first}")
+        beyond = f.let(f"add i64 {row}, {self.width}")
+        is_full = f.let(f"icmp sle i64 {beyond}, %n")
+        full, part, on = f.label(), f.label(), f.label()
+        f.branch(is_full, full, part)
+        f.begin(full)
+        size = self.trace.inputs[vector]
+        table = f.row(f"%a{vector}", row, size)
+        column = self.read.index((vector, 0))
+        for piece in pieces(size, self.width):
+            for value in load_columns(f, table, size, piece, self.width):
+                place = f.at(self.columns, column * BLOCK, first)
+                f.do(f"store <{self.width} x double> {value}, ptr {place}, align 8")
+                column += 1
+        f.do(f"br label %{on}")
+        f.begin(part)
+        with f.loop(0, self.width) as k:
+            lane = f.let(f"add i64 {first}, {k}")
+            self._gather_state(start, lane, vector)
+        f.do(f"br label %{on}")
+        f.begin(on)
+
+    def _gather_state(self, start: str, lane: str, vector: int) -> None:
+        """Copy an input of one state to columns."""
+        f = self.f
+        row = f.let(f"add i64 {start}, {lane}")
+        is_beyond = f.let(f"icmp sgt i64 {row}, {self.last}")
+        row = f.let(f"select i1 {is_beyond}, i64 {self.last}, i64 {row}")
+        place = _input_row(f, vector, row)
+        for n, (v, k) in enumerate(self.read):
+            if v == vector:
+                f.store(f.load(place, k), self.columns, n * BLOCK, lane)
 
     def _vector(self, start: str, first: str, remaining: str) -> None:
         """Compute a vector of states from `first`; an incomplete one writes to spare memory."""
