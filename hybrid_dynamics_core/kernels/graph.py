@@ -75,6 +75,10 @@ class Graph:
             first, second = sorted((first, second))
         return Symbol(self, self._node((op, first, second)))
 
+    def keep(self, op: str, a: Operand, b: Operand = 0.0) -> Symbol:
+        """The symbol of an operation with its operands in this order."""
+        return Symbol(self, self._node((op, _operand(a), _operand(b))))
+
     def block(
         self,
         kind: str,

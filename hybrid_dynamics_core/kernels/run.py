@@ -21,6 +21,7 @@ from . import artifact, extension, generated, native
 from .backend import Artifact, Backend
 from .compile_notice import NOTICE
 from .ir.module import Form
+from .rewrite import rewritten
 from .status import NOT_TAKEN
 from .threads import in_parts
 from .trace import Trace, Traceable, trace
@@ -78,7 +79,7 @@ class Kernel:
     @lazy
     def trace(self) -> Trace:
         """The traced program."""
-        return trace(self._program, self._sizes)
+        return rewritten(trace(self._program, self._sizes))
 
     @lazy
     def one(self) -> Callable[..., int]:

@@ -29,10 +29,15 @@ class Results:
     Attributes:
         outputs: outputs by name, each a scalar or nested sequences of scalars.
         checks: conditions of a good state.
+        rewritable: outputs that may be computed in another order, with other rounding, by fewer
+            operations. Programs that keep the same values have the same result to the last bit.
+        kept: scalars that are computed as they are written.
     """
 
     outputs: Mapping[str, Any]
     checks: Sequence[Check]
+    rewritable: tuple[str, ...] = ()
+    kept: Sequence[Scalar] = ()
 
 
 Traceable = Callable[..., Results]
@@ -48,6 +53,8 @@ class Trace:
         outputs: all values, flat and in order.
         layout: names and shapes of the outputs, in order.
         checks: conditions of a good state.
+        rewritable: names of the outputs that may be computed in another order.
+        kept: values that may not.
         name: "0"; for the body of a block, the name of the outer trace, a dot and the block's
             index.
     """
@@ -58,6 +65,8 @@ class Trace:
     layout: tuple[tuple[str, tuple[int, ...]], ...]
     checks: tuple[Check, ...]
     name: str = "0"
+    rewritable: tuple[str, ...] = ()
+    kept: tuple[Operand, ...] = ()
 
     @cached_property
     def live(self) -> list[int]:
@@ -94,7 +103,16 @@ def trace_of(graph: Graph, results: Results, sizes: Sequence[int], name: str) ->
             shape = (0, 0)
         layout.append((output, shape))
         flat += flatten(value)
-    return Trace(graph, tuple(sizes), tuple(flat), tuple(layout), tuple(results.checks), name)
+    return Trace(
+        graph,
+        tuple(sizes),
+        tuple(flat),
+        tuple(layout),
+        tuple(results.checks),
+        name,
+        results.rewritable,
+        tuple(results.kept),
+    )
 
 
 def body_name(outer: Trace, number: int) -> str:

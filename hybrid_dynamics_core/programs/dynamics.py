@@ -55,10 +55,19 @@ class Dynamics:
         self.loaded = LoadedTree(tree, pattern, x, self.motion.configuration, layout)
         self.tree = self.loaded.tree
         self.n = len(x.u)
+        self._dds: list[Scalar] = []
+
+    @property
+    def closed(self) -> list[Scalar]:
+        """Results of the closure, which are the same to the last bit in all programs."""
+        configuration = self.motion.configuration
+        values = [*configuration.q, *configuration.c, *configuration.s, *self.ds]
+        values += [check.value for check in self.checks]
+        return [value for value in [*values, *self._dds] if value is not None]
 
     def inverse(self, ddu: list[Scalar]) -> list[Scalar]:
         """tau (n,) for active accelerations."""
-        dds = self.motion.accelerations(ddu, self.ds)
+        self._dds = dds = self.motion.accelerations(ddu, self.ds)
         return self.project(self.loaded.forces(self.gravity, self.ds, dds))
 
     def project(self, forces: list[Scalar]) -> list[Scalar]:
@@ -94,7 +103,7 @@ def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern, minimal=True)
         tau = dynamics.inverse(list(x.ddu))
-        return Results({"tau": tau}, dynamics.checks)
+        return Results({"tau": tau}, dynamics.checks, ("tau",), dynamics.closed)
 
     return with_loads(AT_ACCELERATION, run, pattern)
 
@@ -106,7 +115,8 @@ def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
         dynamics = Dynamics(model, x, pattern, minimal=True)
         closed = closed_outputs(dynamics.motion, dynamics.n, dynamics.ds, dynamics.distances)
         tau = dynamics.inverse(list(x.ddu))
-        return Results({"tau": tau, **closed}, dynamics.checks)
+        outputs = {"tau": tau, **closed}
+        return Results(outputs, dynamics.checks, ("tau",), dynamics.closed)
 
     return with_loads(AT_ACCELERATION, run, pattern)
 
@@ -131,7 +141,7 @@ def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
             "h": dynamics.project(bias),
             "g": dynamics.project(gravity),
         }
-        return Results(outputs, dynamics.checks)
+        return Results(outputs, dynamics.checks, tuple(outputs), dynamics.closed)
 
     return with_loads(UNDER_GRAVITY, run, pattern)
 

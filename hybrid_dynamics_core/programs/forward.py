@@ -36,7 +36,7 @@ def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern, minimal=is_regrouped(model))
         ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
-        return Results({"ddu": ddu}, dynamics.checks + checks)
+        return Results({"ddu": ddu}, dynamics.checks + checks, ("ddu",), dynamics.closed)
 
     return with_loads(AT_EFFORT, run, pattern)
 

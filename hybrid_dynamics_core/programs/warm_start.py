@@ -21,7 +21,8 @@ def warm_started(program: Program) -> Program:
     def run(model: Model, x: Inputs) -> Results:
         results = program.run(model, x)
         following = _next_start(model, x)
-        return Results({**results.outputs, **following.outputs}, results.checks)
+        outputs = {**results.outputs, **following.outputs}
+        return Results(outputs, results.checks, results.rewritable, results.kept)
 
     return Program(program.from_start().inputs, run, program.sizes)
 

@@ -146,7 +146,7 @@ def test_a_program_in_parts_gives_the_same(
     arguments = inputs(name, which, state, 0)
     whole, _ = kernel(name, which, backend)(*arguments)
     monkeypatch.setattr(parts, "UNDIVIDED", 100)
-    monkeypatch.setattr(parts, "PART", 100)
+    monkeypatch.setattr(parts, "PART", 60)
     monkeypatch.setattr(Kernel, "_identity", None)
     made = kernel(name, which, backend)
     divided = Kernel(made._program, made._sizes, backend)

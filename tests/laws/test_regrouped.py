@@ -142,7 +142,7 @@ def test_a_base_far_away() -> None:
 
 @pytest.mark.parametrize(
     ("name", "parameters", "operations"),
-    [("forging_chu2020", 19, 520), ("palletizer", 17, 145), ("excavator", 34, 1100)],
+    [("forging_chu2020", 19, 475), ("palletizer", 17, 110), ("excavator", 34, 1045)],
 )
 def test_few_numbers_are_left(name: str, parameters: int, operations: int) -> None:
     """Whole bars vanish between their pins, and links of parallelograms need no axes."""

@@ -1,0 +1,128 @@
+"""Shared sums of products as a trace."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+from ..graph import Graph, Operand
+from ..trace import Check, Trace
+from .part import joined, ordered
+from .read import Sums, Value
+from .share import SharedSums, share
+
+# [nodes] of the first and the second time, which saves 1 % more; longer traces would take seconds
+LONGEST_TRACES = (20_000, 5000)
+
+
+def rewritten(trace: Trace) -> Trace:
+    """A trace whose rewritable outputs take fewer operations, equal but for rounding."""
+    names = trace.rewritable
+    if not names or len(trace.live) > LONGEST_TRACES[0]:
+        return trace
+    part = ordered(trace, names)
+    shorter = part
+    for longest in LONGEST_TRACES:
+        if len(part.live) <= longest:
+            sums = Sums(shorter)
+            shorter = min(shorter, _Writer(sums, share(sums)).write(), key=_cost)
+    if shorter is part:
+        return trace
+    return joined(trace, shorter)
+
+
+def _cost(trace: Trace) -> int:
+    """Number of operations; multiplications count twice, since additions run beside them."""
+    operations = Counter(trace.graph.nodes[index][0] for index in trace.live)
+    return 2 * operations["mul"] + operations["add"] + operations["sub"] + operations["neg"]
+
+
+class _Writer:
+    """Writes atoms into a new graph, each after what it depends on."""
+
+    def __init__(self, sums: Sums, shared: SharedSums) -> None:
+        self._sums = sums
+        self._shared = shared
+        self._graph = Graph()
+        self._written: dict[int, Operand] = dict(shared.constants)
+
+    def write(self) -> Trace:
+        trace = self._sums.trace
+        for vector, size in enumerate(trace.inputs):
+            for k in range(size):
+                self._graph.input(vector, k)
+        for value in [*self._sums.checks, *self._sums.outputs]:
+            if isinstance(value, int):
+                self._write_with_operands(value)
+        outputs = tuple(self._value(x) for x in self._sums.outputs)
+        checks: list[Check] = []
+        for check, value in zip(trace.checks, self._sums.checks, strict=True):
+            checks.append(Check(self._value(value), check.threshold, check.code))
+        kept = tuple(self._written[atom] for atom in self._sums.kept if atom in self._written)
+        return replace(trace, graph=self._graph, outputs=outputs, checks=tuple(checks), kept=kept)
+
+    def _write_with_operands(self, root: int) -> None:
+        """Depth first: values are used soon after they are computed."""
+        waiting = [(root, False)]
+        while waiting:
+            atom, is_ready = waiting.pop()
+            if atom in self._written:
+                continue
+            if is_ready:
+                self._written[atom] = self._node(atom)
+                continue
+            waiting.append((atom, True))
+            operands = reversed(self._operands(atom))
+            waiting += [(x, False) for x in operands if x not in self._written]
+
+    def _operands(self, atom: int) -> list[int]:
+        """The atoms that an atom is computed from."""
+        operands: list[Value] = []
+        if atom in self._shared.terms:
+            for _, factors in self._shared.terms[atom]:
+                operands += factors
+        elif atom in self._sums.operations:
+            _, *operands = self._sums.operations[atom]
+        else:
+            op, number, _ = self._sums.trace.graph.nodes[atom]
+            if op != "block":
+                return self._sums.trace.graph.operands(atom)
+            for vector in self._sums.blocks[int(number)]:
+                operands += vector
+        return [x for x in operands if isinstance(x, int)]
+
+    def _node(self, atom: int) -> Operand:
+        if atom in self._shared.terms:
+            return self._sum(atom)
+        if atom in self._sums.operations:
+            op, a, b = self._sums.operations[atom]
+            return self._graph.apply(op, self._value(a), self._value(b))
+        op, a, b = self._sums.trace.graph.nodes[atom]
+        if op == "input":
+            return self._graph.input(int(a), int(b))
+        if op != "block":
+            return self._graph.keep(op, self._value(a), self._value(b))
+        block = self._sums.trace.graph.blocks[int(a)]
+        vectors = self._sums.blocks[int(a)]
+        arguments = [[self._value(x) for x in vector] for vector in vectors]
+        outputs = self._graph.block(block.kind, block.size, block.outputs, arguments, block.body)
+        return outputs[int(b)]
+
+    def _sum(self, atom: int) -> Operand:
+        """A sum that begins with a positive term, if there is one."""
+        terms = self._shared.terms[atom]
+        positive = [k for k, (sign, _) in enumerate(terms) if sign > 0]
+        if positive:
+            terms = [terms[positive[0]], *terms[: positive[0]], *terms[positive[0] + 1 :]]
+        total: Operand = 0.0
+        for sign, factors in terms:
+            product: Operand = 1.0
+            for factor in reversed(factors):  # constants come last
+                product = self._written[factor] * product
+            total = total + product if sign > 0 else total - product
+        return total
+
+    def _value(self, x: Value) -> Operand:
+        if isinstance(x, float):
+            return x
+        return self._written[x]
