@@ -59,6 +59,7 @@ def _side(name: str, function: casadi.Function) -> Side:
 
 
 def _caller(function: casadi.Function) -> Callable[..., Array]:
+    buffer: Any  # the types of CasADi ask for sizes that its functions do not
     buffer, trigger = function.buffer()
 
     def call(u: Array, du: Array, ddu: Array) -> Array:
@@ -74,6 +75,7 @@ def _caller(function: casadi.Function) -> Callable[..., Array]:
 
 
 def _batch(function: casadi.Function) -> Callable[..., Array]:
+    buffer: Any
     buffer, trigger = function.map(MAPPED, "serial").buffer()
 
     def call(u: Array, du: Array, ddu: Array) -> Array:
