@@ -23,6 +23,7 @@ EXTRAS = {
     "mjcf": ["mujoco-core>=4.0"],  # the module mujoco without a viewer; mujoco serves too
     "drives": ["daqp>=0.8"],  # quadratic programs of redundant drives
     "jax": ["jax>=0.6"],
+    "casadi": ["casadi>=3.6"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names:
     # the others resolve to newer distributions. The extra fastrtps brings the middleware. The
     # interfaces come from this repository: pip install ./msg_defs ".[ros]"
@@ -39,6 +40,7 @@ EXTRAS = {
         "ros-rclpy[fastrtps]==7.1.6",
     ],
     "test": [
+        "casadi>=3.6",
         "click",
         "daqp>=0.8",
         "distributed",

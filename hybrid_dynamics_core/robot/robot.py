@@ -31,6 +31,7 @@ from .kinematics import Kinematics
 from .model import RobotModel
 
 if TYPE_CHECKING:
+    from .frameworks.casadi_calls import CasadiCalls
     from .frameworks.jax_calls import JaxCalls
 
 
@@ -405,5 +406,16 @@ class Robot:
         from .frameworks.jax_calls import JaxCalls  # noqa: PLC0415  JAX is an extra
 
         return JaxCalls(self._closure, self._dynamics, self.loads)
+
+    @lazy
+    def casadi(self) -> CasadiCalls:
+        """The calls as Functions of CasADi, for optimal control.
+
+        Raises:
+            InputError: CasADi is not installed.
+        """
+        from .frameworks.casadi_calls import CasadiCalls  # noqa: PLC0415  CasADi is an extra
+
+        return CasadiCalls(self._closure, self._dynamics, self.loads)
 
     kernel = delegate("_kernels", KernelStore.kernel)
