@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi
 
-from ...algebra.numerics import MAX_ITERATIONS
+from ...algebra.numerics import MAX_ITERATIONS, SMALL_STEP
 from ..graph import Operand, Symbol
 from ..trace import Check, Trace, trace_body
 
@@ -32,7 +32,12 @@ _BINARY: Mapping[str, Callable[[Expression, Expression], Expression]] = {
     "atan2": casadi.atan2,
 }
 _CONVERGED = 1e-10  # residual in lengths of the loop, above rounding
-_ITERATION = {"error_on_fail": False, "max_iter": MAX_ITERATIONS, "abstol": 1e-14}
+_ITERATION = {
+    "error_on_fail": False,
+    "max_iter": MAX_ITERATIONS,
+    "abstol": 1e-16,  # the step decides: convergence is quadratic
+    "abstolStep": SMALL_STEP,
+}
 
 
 def function(
