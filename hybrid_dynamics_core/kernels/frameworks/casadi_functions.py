@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi
 
-from ...algebra.numerics import MAX_ITERATIONS, SMALL_STEP
+from ...algebra.numerics import MAX_ITERATIONS
 from ..graph import Operand, Symbol
 from ..trace import Check, Trace, trace_body
 
@@ -32,12 +32,7 @@ _BINARY: Mapping[str, Callable[[Expression, Expression], Expression]] = {
     "atan2": casadi.atan2,
 }
 _CONVERGED = 1e-10  # residual in lengths of the loop, above rounding
-_ITERATION = {
-    "error_on_fail": False,
-    "max_iter": MAX_ITERATIONS,
-    "abstol": 1e-16,  # the step decides: convergence is quadratic
-    "abstolStep": SMALL_STEP,
-}
+_ITERATION = {"error_on_fail": False, "max_iter": MAX_ITERATIONS, "abstol": 1e-14}
 
 
 def function(
@@ -162,10 +157,13 @@ def _inverted(entries: Expression, size: int) -> Expression:
 def _solved(body: Trace, size: int, guess: Expression, parameters: Expression) -> Expression:
     """Solution of a Newton block; then 1, or -1 if the iteration failed."""
     straight = _Stages(body, ("x", "p"), {})
-    residuals = [straight.value(x) for x in body.outputs[:size]]
-    x, p = straight.inputs
-    equations = casadi.Function("equations", [x, p], [casadi.vertcat(*residuals)])
+    values = casadi.vertcat(*[straight.value(x) for x in body.outputs])
+    residuals, partials = values[:size], casadi.reshape(values[size:], size, size).T
+    step = casadi.solve(partials, residuals)
+    equations = casadi.Function("equations", straight.inputs, [residuals])
+    newton_step = casadi.Function("step", straight.inputs, [step])
     solve = casadi.rootfinder("solve", "newton", equations, _ITERATION)
-    solution = solve(guess, parameters)
+    near = solve(guess, parameters)
+    solution = near - newton_step(near, parameters)  # the rootfinder stops at 1e-6
     largest = casadi.norm_inf(equations(solution, parameters))
     return casadi.vertcat(solution, casadi.if_else(largest < _CONVERGED, 1.0, -1.0))
