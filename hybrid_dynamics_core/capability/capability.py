@@ -255,6 +255,33 @@ class Capability:
         return hull(points, tuple(axes), at_limit)
 
 
+def capability_at(
+    machine: Machine,
+    state: ClosedState,
+    loads: Loads | None = None,
+    frame: str | None = None,
+    efforts: Mapping[str, float] | None = None,
+    rates: Mapping[str, float] | None = None,
+) -> Capability:
+    """What the robot can do at a state within the limits of its drives.
+
+    Args:
+        machine: the robot.
+        state: one closed state.
+        loads: loads besides the actuators; `robot.loads` if None.
+        frame: name in `frames`; the end effector if None.
+        efforts: other largest efforts [N m, N] by drive.
+        rates: other largest rates [rad/s, m/s] by coordinate.
+
+    Returns:
+        Forces, accelerations, speeds and loads, computed when asked for.
+
+    Raises:
+        InputError: a name is unknown, or the state is a batch.
+    """
+    return Capability(machine, state, loads, frame, efforts, rates)
+
+
 def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
     """The largest y of an image of one dimension."""
     try:

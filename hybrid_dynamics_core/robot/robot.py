@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from ..capability import Capability
+from ..capability import capability_at
 from ..closed_state.state import ClosedState
 from ..description.actuators import HydraulicCylinder
 from ..description.model import JointType, RobotDescription
@@ -358,31 +358,7 @@ class Robot:
         joints = self.description.joints
         return {name: joints[name].velocity_limit for name in self.coordinates}
 
-    def capability(
-        self,
-        state: ClosedState,
-        loads: Loads | None = None,
-        frame: str | None = None,
-        efforts: Mapping[str, float] | None = None,
-        rates: Mapping[str, float] | None = None,
-    ) -> Capability:
-        """What the robot can do at a state within the limits of its drives.
-
-        Args:
-            state: one closed state.
-            loads: loads besides the actuators; `robot.loads` if None.
-            frame: name in `frames`; the end effector if None.
-            efforts: other largest efforts [N m, N] by drive.
-            rates: other largest rates [rad/s, m/s] by coordinate.
-
-        Returns:
-            Forces, accelerations, speeds and loads, computed when asked for.
-
-        Raises:
-            InputError: a name is unknown, or the state is a batch.
-        """
-        return Capability(self, state, loads, frame, efforts, rates)
-
+    capability = capability_at  # a function of the robot
     drive_rates = delegate("_actuation", Actuation.drive_rates)
     distribute = delegate("_actuation", Actuation.distribute)
     generalised_forces = delegate("_actuation", Actuation.generalised_forces)
