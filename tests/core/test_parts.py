@@ -56,12 +56,15 @@ def test_no_part_knows_the_robot() -> None:
         assert "Robot" not in vars(inspect.getmodule(part))
 
 
+FUNCTIONS = ("capability", "inverse_kinematics", "workspace")  # of any closed kinematics
+
+
 def test_every_method_of_the_robot_is_one_of_a_part() -> None:
     """Signature and docstring are those of the part: they are written once."""
     for name, method in vars(Robot).items():
         if name.startswith("_") or not inspect.isfunction(method):
             continue
-        if name in ("inverse_kinematics", "workspace"):  # functions that any closed kinematics has
+        if name in FUNCTIONS:
             continue
         origin = next(part for part in PARTS if method.__qualname__ == f"{part.__name__}.{name}")
         assert inspect.signature(method) == inspect.signature(getattr(origin, name))

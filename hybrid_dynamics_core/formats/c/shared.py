@@ -39,7 +39,7 @@ def emit_shared(traces: Sequence[Trace]) -> list[str]:
         last = [f"out[{plan.slots[k]}] = {body.term(k)};" for k in exports]
         texts += in_parts(Text("void", f"shared{number}", vectors + 1, body.lines, last))
     for number, trace in enumerate(traces):
-        nodes = plan.own_nodes(number)
+        nodes = plan.nodes_of(number)
         body = Body(plan.all, nodes, plan.places(vectors))
         last = [*checks_of(trace, body), *outputs_of(trace, body), "return 0;"]
         name = f"{function_name(trace.name)}_after"
@@ -81,7 +81,7 @@ class _Plan:
         """Where values are read that a group has written, by node."""
         return {k: f"a{vector}[{slot}]" for k, slot in self.slots.items()}
 
-    def own_nodes(self, call: int) -> list[int]:
+    def nodes_of(self, call: int) -> list[int]:
         """What a function computes after its groups."""
         return self._missing(self._roots[call], self._available(frozenset([call])))
 
@@ -120,7 +120,7 @@ class _Plan:
         self.slots: dict[int, int] = {}
         units = [(group.nodes, group.nodes) for group in self.groups]
         for call in range(count):
-            nodes = self.own_nodes(call)
+            nodes = self.nodes_of(call)
             units.append((nodes, [*nodes, *self._roots[call]]))
         for nodes, read in units:
             needed = {x for k in nodes for x in self._graph.operands(k)}

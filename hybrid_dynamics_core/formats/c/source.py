@@ -177,9 +177,9 @@ def _public(names: Names, traced: TracedCall, follows: bool) -> str:
     if follows:
         lines += ["status = close_guess(guess, start);", f"if (status != {p}_OK) {{"]
         lines += ["    return status;", "}"]
-    known = {name: name for name in inputs}
-    known.update({"start": "start", "start_map": f"start + {ns}"})
-    arguments = ", ".join([*(known.get(name, "0") for name in traced.vectors), "out"])
+    sources = {name: name for name in inputs}
+    sources.update({"start": "start", "start_map": f"start + {ns}"})
+    arguments = ", ".join([*(sources.get(name, "0") for name in traced.vectors), "out"])
     lines += [
         f"status = {function_name(traced.trace.name)}({arguments});",
         f"if (status != {p}_OK) {{",
