@@ -16,9 +16,12 @@ LONGEST_TRACES = (20_000, 5000)
 
 
 def rewritten(trace: Trace) -> Trace:
-    """A trace whose rewritable outputs take fewer operations, equal but for rounding."""
+    """A trace whose rewritable outputs take fewer operations, equal but for rounding.
+
+    Programs with iterations stay as they are: the calls of one state would become slower.
+    """
     names = trace.rewritable
-    if not names or len(trace.live) > LONGEST_TRACES[0]:
+    if not names or trace.live_blocks() or len(trace.live) > LONGEST_TRACES[0]:
         return trace
     part = ordered(trace, names)
     shorter = part
