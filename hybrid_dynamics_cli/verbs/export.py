@@ -51,7 +51,7 @@ Examples:
   hybrid-dynamics export excavator --format sdf -o excavator.sdf
   hybrid-dynamics export excavator --format robot.yaml -o excavator_pairs.yaml
   hybrid-dynamics export excavator --format c -o excavator_c
-  hybrid-dynamics export excavator --format c -o excavator_f --real float --programs hydraulics
+  hybrid-dynamics export ankle --format c -o ankle_f --real float
   hybrid-dynamics export my_robot.yaml | check_urdf /dev/stdin
 """
 
