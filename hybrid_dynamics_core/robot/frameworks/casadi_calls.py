@@ -99,17 +99,17 @@ class CasadiCalls:
 
     @lazy
     def inverse_dynamics(self) -> Function:
-        """(u, du, ddu) -> tau (n), status; Chu (2020), Eq. 17."""
+        """(u, du, ddu) -> tau (n), status, by the minimal form; Chu (2020), Eq. 17."""
         return self._function("inverse_dynamics")
 
     @lazy
     def forward_dynamics(self) -> Function:
-        """(u, du, tau) -> ddu (n), status; Chu (2020), Eq. 17."""
+        """(u, du, tau) -> ddu (n), status, by the minimal form; Chu (2020), Eq. 17."""
         return self._function("forward_dynamics")
 
     @lazy
     def minimal_form(self) -> Function:
-        """(u, du) -> M (n, n), h (n), g (n), status; Chu (2020), Eq. 17."""
+        """(u, du) -> M (n, n), h (n), g (n), status; minimal form, Chu (2020), Eq. 17."""
         return self._function("minimal_form")
 
     def _function(self, name: str) -> Function:

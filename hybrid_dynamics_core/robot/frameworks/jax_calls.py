@@ -126,7 +126,7 @@ class JaxCalls:
         gravity: Array | None = None,
         start: JaxStart | None = None,
     ) -> tuple[Array, Array]:
-        """Efforts tau (..., n) of the active joints, and the status; Chu (2020), Eq. 17."""
+        """Efforts tau (..., n) and the status, by the minimal form; Chu (2020), Eq. 17."""
         (tau,), status = self._call(
             "inverse_dynamics", start, u=u, du=du, ddu=ddu, gravity=self._gravity(gravity)
         )
@@ -140,7 +140,7 @@ class JaxCalls:
         gravity: Array | None = None,
         start: JaxStart | None = None,
     ) -> tuple[Array, Array]:
-        """Accelerations u'' (..., n) from efforts, and the status; Chu (2020), Eq. 17."""
+        """Accelerations u'' (..., n) and the status, by the minimal form; Chu (2020), Eq. 17."""
         (ddu,), status = self._call(
             "forward_dynamics", start, u=u, du=du, tau=tau, gravity=self._gravity(gravity)
         )
@@ -153,7 +153,7 @@ class JaxCalls:
         gravity: Array | None = None,
         start: JaxStart | None = None,
     ) -> tuple[Array, Array, Array, Array]:
-        """M-bar (..., n, n), C-bar u' and G-bar (..., n), and the status; Chu (2020), Eq. 17."""
+        """M-bar (..., n, n), C-bar u', G-bar (..., n), status; minimal form, Chu (2020), Eq. 17."""
         (mass, drift, weight), status = self._call(
             "minimal_form", start, u=u, du=du, gravity=self._gravity(gravity)
         )
