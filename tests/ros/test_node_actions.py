@@ -27,7 +27,23 @@ class Goals:
         assert self._client.wait_for_server(PATIENCE)
 
     def send(self, goal):
-        return done(self._client.send_goal_async(goal, lambda m: self.feedback.append(m.feedback)))
+        """The handle of a goal, once it is answered."""
+        return done(self._ask(self._client.send_goal_async, goal, self._on_feedback))
+
+    def _on_feedback(self, message):
+        self.feedback.append(message.feedback)
+
+    def result(self, handle):
+        """The future of a goal's result."""
+        return self._ask(handle.get_result_async)
+
+    def cancel(self, handle):
+        """What comes of the wish to cancel a goal."""
+        return done(self._ask(handle.cancel_goal_async))
+
+    def _ask(self, call, *arguments):
+        # An answer that another thread takes before rclpy knows of the question is thrown away.
+        return self._between_turns(call, *arguments)
 
     def destroy(self):
         self._between_turns(self._client.destroy)
@@ -63,7 +79,7 @@ def test_the_action_answers_as_the_service_does(client, goals):
     message = trajectory(9)
     handle = goals.send(ConvertTrajectory.Goal(joints=message))
     assert handle.accepted
-    outcome = done(handle.get_result_async())
+    outcome = done(goals.result(handle))
     assert outcome.status == GoalStatus.STATUS_SUCCEEDED
     request = client._services["convert_trajectory"].srv_type.Request(joints=message)
     answer = client.call("convert_trajectory", request)
@@ -77,14 +93,14 @@ def test_the_action_answers_as_the_service_does(client, goals):
 
 def test_a_goal_that_goes_wrong_is_aborted_with_the_first_bad_time(goals):
     message = trajectory(9, way=(0.0, 0.9, 0.0, 0.0))
-    outcome = done(goals.send(ConvertTrajectory.Goal(joints=message)).get_result_async())
+    outcome = done(goals.result(goals.send(ConvertTrajectory.Goal(joints=message))))
     assert outcome.status == GoalStatus.STATUS_ABORTED
     result = outcome.result
     assert result.error_code in (ErrorCode.LIMIT, ErrorCode.OUT_OF_REACH, ErrorCode.SINGULAR)
     assert 0 < result.first_bad < 9
     assert 0.5 * (result.first_bad - 1) < result.first_bad_time <= 0.5 * result.first_bad
     assert f"{result.first_bad_time:.9g} s" in result.error_text
-    outcome = done(goals.send(ConvertTrajectory.Goal()).get_result_async())
+    outcome = done(goals.result(goals.send(ConvertTrajectory.Goal())))
     assert outcome.status == GoalStatus.STATUS_ABORTED
     assert outcome.result.error_code == ErrorCode.BAD_INPUT
 
@@ -102,9 +118,9 @@ def test_a_long_goal_gives_feedback_lets_others_be_answered_and_can_be_cancelled
     assert short.error_code == ErrorCode.OK
     message = client._services["convert_trajectory"].srv_type.Request(joints=trajectory(3))
     assert client.call("convert_trajectory", message).error_code == ErrorCode.OK
-    outcome = handle.get_result_async()
+    outcome = goals.result(handle)
     assert not outcome.done()
-    assert done(handle.cancel_goal_async()).goals_canceling
+    assert goals.cancel(handle).goals_canceling
     assert done(outcome).status == GoalStatus.STATUS_CANCELED
     assert not done(outcome).result.trajectory.points
 

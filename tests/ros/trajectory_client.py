@@ -61,11 +61,15 @@ def main():
         feedback.append(message.feedback)
         moving.set()
 
-    handle = done(client.send_goal_async(goal_of(asked), on_feedback))
-    result = handle.get_result_async()
+    def ask(call, *arguments):
+        """A future, asked for by the thread that spins: rclpy may lose an answer otherwise."""
+        return done(executor.create_task(call, *arguments))
+
+    handle = done(ask(client.send_goal_async, goal_of(asked), on_feedback))
+    result = ask(handle.get_result_async)
     if asked.get("cancel"):
         assert moving.wait(PATIENCE), "no feedback"
-        done(handle.cancel_goal_async())
+        done(ask(handle.cancel_goal_async))
     outcome = done(result)
     told = {
         "status": outcome.status,
