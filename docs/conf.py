@@ -62,7 +62,10 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
         r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType)",
     ),
     ("py:.*", r"(.*\.)?(Kernel|Link)"),
-    ("py:.*", r"(.*\.)?(AppliedWrench|Motion|NoDescriptionError|Viewer)"),
+    (
+        "py:.*",
+        r"(.*\.)?(AppliedWrench|Later|LiftingMachine|Motion|NoDescriptionError|UnlimitedError|Viewer)",
+    ),
     ("py:.*", r"np\.ndarray"),
 ]
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull
 
 from ..errors import InputError
 from ..ground.arrays import Array
@@ -71,6 +70,8 @@ def hull(points: Array, axes: tuple[str, ...], at_limit: list[tuple[str, ...]]) 
     rank = int((values > SAME * max(float(values.max(initial=0.0)), 1.0)).sum())
     if rank < k:
         return _flat(points, rank, (middle, extent), axes, at_limit)
+    from scipy.spatial import ConvexHull  # noqa: PLC0415  slow to import
+
     result = ConvexHull(scaled)
     normals, offsets = _facets(result.equations, middle, extent)
     chosen = [int(index) for index in result.vertices]

@@ -29,6 +29,8 @@ def given(words: tuple[str, ...], robot: str, bag: str) -> list[str]:
         return list(words)
     if words == ("ik",):
         return [*words, robot, "--position", "0", "0.3", "0"]
+    if words == ("weigh",):
+        return [*words, bag, "--robot", robot]
     return [*words, robot]
 
 

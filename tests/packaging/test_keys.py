@@ -52,9 +52,11 @@ OUR_PACKAGES = {
 }
 OPTIONAL = {  # extras: imported where they are used, with a message that says what to install
     "backports",
+    "casadi",
     "compression",
     "daqp",
     "distributed",
+    "jax",
     "llvmlite",
     "lz4",
     "matplotlib",
