@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -22,10 +22,11 @@ from .polytope import Polytope, hull
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")  # forces or translations, moments or rotations
 AT_LIMIT = 1e-6  # share of a range within which a force is at its limit
+STILL = 1e-9  # speed over the largest entry of a Jacobian, below which a frame does not move
 
 
 class Machine(Protocol):
-    """What capability takes of a robot."""
+    """What a capability needs of a robot."""
 
     @property
     def active(self) -> tuple[str, ...]:
@@ -45,42 +46,42 @@ class Machine(Protocol):
 
     @property
     def effort_ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Least and greatest effort by drive."""
+        """Least and greatest effort by drive [N m, N]."""
 
     @property
     def rate_ranges(self) -> Mapping[str, float]:
-        """Largest rate by coordinate."""
+        """Largest rate by coordinate [rad/s, m/s]."""
 
     @property
     def loads(self) -> Loads:
         """Loads of the description."""
 
     def drive_rates(self, state: ClosedState) -> Array:
-        """Rates of the drives per unit rates (m, n)."""
+        """Rates (m, n) of the drives, each column at unit rate of an active coordinate."""
 
     def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
-        """Jacobian of a frame (6, n)."""
+        """Jacobian (6, n) of a frame, linear before angular."""
 
     def inverse_dynamics(
         self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
     ) -> Array:
-        """Efforts (n,)."""
+        """Efforts (n,) of the active coordinates [N m, N]."""
 
     def minimal_form(
         self, state: ClosedState, loads: Loads | None = None
     ) -> tuple[Array, Array, Array]:
-        """Mass matrix (n, n) and others."""
+        """Mass matrix (n, n), then the terms of rates and of gravity (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Largest:
-    """The largest value of something, and why it is no larger.
+    """The largest force or mass, and the drives that limit it.
 
     Attributes:
-        value: [N, N m or kg]; infinite without a limit, negative infinity where the drives cannot
+        value: [N, N m or kg]; infinity without a limit. Minus infinity says that the drives cannot
             even hold the state.
-        limited_by: drives at a limit there; none where nothing limits.
-        efforts: effort by drive there [N m, N].
+        limited_by: drives at a limit with this value; none where nothing limits.
+        efforts: effort by drive with this value [N m, N].
     """
 
     value: float
@@ -91,7 +92,7 @@ class Largest:
 class Capability:
     """Forces, accelerations, speeds and loads at one state within the limits of the drives.
 
-    Axes are those of the base: x, y, z for forces and translations, rx, ry, rz for moments and
+    Axes are those of the base. x, y and z are forces or translations. rx, ry and rz are moments or
     rotations about the frame's origin.
     """
 
@@ -131,28 +132,36 @@ class Capability:
         self._still = np.zeros(len(machine.active))
 
     def forces(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
-        """Forces and moments of the frame on what it touches, with the others zero.
+        """Forces [N] and moments [N m] of the frame on what it touches.
+
+        Those along the other axes are zero.
 
         Args:
-            axes: names in x, y, z, rx, ry, rz.
+            axes: names out of x, y, z, rx, ry, rz.
 
         Raises:
-            UnlimitedError: an InputError: a drive without a limit gives any force.
+            UnlimitedError: a drive without a limit gives any force. It is an InputError.
         """
-        chosen = _axes(axes)
-        return self._polytope(self._forces(np.eye(6)[chosen]), axes)
+        wrenches = np.eye(6)[_axes(axes)]
+        return self._polytope(self._forces(wrenches), axes)
 
     def largest_force(self, direction: ArrayLike) -> Largest:
-        """The largest force of the frame on what it touches along a direction.
+        """The largest force of the frame on what it touches, along a direction.
 
         Args:
             direction: (3,) in base axes, or (6,) with a moment; its length does not matter.
+
+        Returns:
+            The force [N]; with a moment, the largest multiple of the unit direction.
         """
         unit = _direction(direction)
         return largest(self._forces(unit[None]), self.drives)
 
     def accelerations(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
         """Accelerations of the frame from rest [m/s^2, rad/s^2].
+
+        Args:
+            axes: names out of x, y, z, rx, ry, rz.
 
         Raises:
             InputError: the state moves.
@@ -162,25 +171,27 @@ class Capability:
         mass, _, _ = self._machine.minimal_form(self._state, self._loads)
         image = solutions(self._to_tau, mass, self._needed(), *self._bounds())
         rows = self._jacobian[_axes(axes)]
-        mapped = BoxImage(
-            rows @ image.y0,
-            rows @ image.Y,
-            image.x0,
-            image.X,
-            image.lower,
-            image.upper,
-            image.is_possible,
-        )
-        return self._polytope(mapped, axes)
+        of_frame = replace(image, y0=rows @ image.y0, Y=rows @ image.Y)
+        return self._polytope(of_frame, axes)
 
     def speeds(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
-        """Velocities of the frame within the rates of the joints [m/s, rad/s]."""
+        """Velocities of the frame within the rates of the joints [m/s, rad/s].
+
+        Args:
+            axes: names out of x, y, z, rx, ry, rz.
+        """
         rows = [self._machine.coordinates.index(name) for name in self.rates]
-        most = np.array(list(self.rates.values()))
+        largest_rates = np.array(list(self.rates.values()))
         rates = np.reshape(self._state.R[rows], (len(rows), len(self._still)))
         jacobian = self._jacobian[_axes(axes)]
-        zero = np.zeros(len(jacobian))
-        image = BoxImage(zero, jacobian, np.zeros(len(most)), rates, -most, most)
+        image = BoxImage(
+            y0=np.zeros(len(jacobian)),
+            Y=jacobian,
+            x0=np.zeros(len(largest_rates)),
+            X=rates,
+            lower=-largest_rates,
+            upper=largest_rates,
+        )
         return self._polytope(image, axes, tuple(self.rates))
 
     def lifted_mass(self, com: ArrayLike = (0.0, 0.0, 0.0)) -> Largest:
@@ -188,14 +199,20 @@ class Capability:
 
         Args:
             com: its centre of mass (3,) in the frame [m].
+
+        Returns:
+            The mass [kg].
+
+        Raises:
+            InputError: the state moves.
         """
-        still = self._standstill()
-        payload = Payload(1.0, com)
+        state = self._standstill()
+        kilogram = Payload(1.0, com)
         frame = self._frame or self._machine.end_effector
-        held = self._machine.inverse_dynamics(still, self._still, self._loads)
-        with_load = self._loads.with_payload(payload, frame)
-        more = self._machine.inverse_dynamics(still, self._still, with_load) - held
-        image = solutions(self._to_tau, more[:, None], held, *self._bounds())
+        with_load = self._loads.with_payload(kilogram, frame)
+        held = self._machine.inverse_dynamics(state, self._still, self._loads)
+        weight = self._machine.inverse_dynamics(state, self._still, with_load) - held
+        image = solutions(self._to_tau, weight[:, None], held, *self._bounds())
         return largest(image, self.drives)
 
     def breakout(self, drive: str, retracting: bool = False) -> Largest:
@@ -204,8 +221,14 @@ class Capability:
         With a bucket's cylinder, that is the breakout force at the teeth.
 
         Args:
-            drive: name of the drive.
+            drive: name of the drive; the other drives stand still.
             retracting: whether the drive moves back.
+
+        Returns:
+            The force [N].
+
+        Raises:
+            InputError: there is no such drive, or it does not move the frame.
         """
         if drive not in self.drives:
             raise InputError(no_such_name("drive", drive, self.drives))
@@ -215,12 +238,13 @@ class Capability:
             unit = -unit
         rates = np.linalg.lstsq(self._to_tau.T, unit)[0]
         velocity = self._jacobian[:3] @ rates
-        if not np.linalg.norm(velocity) > 1e-9 * np.abs(self._jacobian).max(initial=1e-300):
+        size = np.abs(self._jacobian).max(initial=1e-300)
+        if not np.linalg.norm(velocity) > STILL * size:
             raise InputError(f"{drive} does not move the frame here")
         return self.largest_force(velocity)
 
     def _forces(self, wrenches: Array) -> BoxImage:
-        """Forces along some wrenches (k, 6) of the frame on what it touches."""
+        """Forces of the frame on what it touches, as multiples of k unit wrenches (k, 6)."""
         along = self._jacobian.T @ wrenches.T
         return solutions(self._to_tau, along, self._needed(), *self._bounds())
 
@@ -229,27 +253,36 @@ class Capability:
         return self._machine.inverse_dynamics(self._state, self._still, self._loads)
 
     def _standstill(self) -> ClosedState:
+        """The state, which is at rest; otherwise raises InputError."""
         if np.any(self._state.du):
             raise InputError("a lifted mass is held at rest; expected a state without rates")
         return self._state
 
     def _bounds(self) -> tuple[Array, Array]:
+        """Least and greatest efforts (m,) of the drives [N m, N]."""
         bounds = np.reshape([self.limits[name] for name in self.drives], (-1, 2))
         return bounds[:, 0], bounds[:, 1]
 
     def _polytope(
         self, image: BoxImage, axes: Sequence[str], names: tuple[str, ...] | None = None
     ) -> Polytope:
-        """The polytope of an image."""
+        """The polytope of an image.
+
+        Args:
+            image: results along k axes, and what is limited.
+            axes: names of the k axes.
+            names: names of what is limited; the drives if None.
+        """
         names = self.drives if names is None else names
         try:
             points, forces = image.vertices()
         except UnlimitedError as error:
             free = [name for name in names if not _is_limited(name, names, image)]
             listed = ", ".join(free) or "a joint"
+            example = names[0] if names else "q1"
             raise UnlimitedError(
                 f"nothing limits it along {', '.join(axes)}: {listed} has no limit; give one, as"
-                f" efforts={{'{names[0] if names else 'q1'}': 1e4}} or rates, or other axes"
+                f" efforts={{'{example}': 1e4}} or rates, or other axes"
             ) from error
         at_limit = [_at_limit(names, row, image) for row in forces]
         return hull(points, tuple(axes), at_limit)
@@ -283,7 +316,12 @@ def capability_at(
 
 
 def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
-    """The largest y of an image of one dimension."""
+    """The largest y of an image of one dimension.
+
+    Args:
+        image: results y (1,) with the efforts of the drives.
+        drives: names of the m drives.
+    """
     try:
         points, forces = image.vertices()
     except UnlimitedError:
@@ -292,23 +330,26 @@ def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
         return Largest(-np.inf, (), {})
     best = int(np.argmax(points[:, 0]))
     efforts = dict(zip(drives, forces[best].tolist(), strict=True))
-    return Largest(float(points[best, 0]), _at_limit(drives, forces[best], image), efforts)
+    limited_by = _at_limit(drives, forces[best], image)
+    return Largest(float(points[best, 0]), limited_by, efforts)
 
 
 def limits_of(machine: Machine) -> tuple[Array, Array]:
-    """Least and greatest efforts (m,) of all drives."""
+    """Least and greatest efforts (m,) of all drives [N m, N]."""
     bounds = np.reshape([machine.effort_ranges[name] for name in machine.all_drives], (-1, 2))
     return bounds[:, 0], bounds[:, 1]
 
 
 def _is_limited(name: str, names: Sequence[str], image: BoxImage) -> bool:
+    """Whether a drive or joint has limits in both directions."""
     k = list(names).index(name)
     return bool(np.isfinite(image.lower[k]) and np.isfinite(image.upper[k]))
 
 
 def _at_limit(names: Sequence[str], forces: Array, image: BoxImage) -> tuple[str, ...]:
     """Names of forces (m,) at a limit."""
-    width = np.where(np.isfinite(image.upper - image.lower), image.upper - image.lower, 0.0)
+    width = image.upper - image.lower
+    width = np.where(np.isfinite(width), width, 0.0)
     low = forces <= image.lower + AT_LIMIT * width
     high = forces >= image.upper - AT_LIMIT * width
     return tuple(name for name, at in zip(names, low | high, strict=True) if at)
@@ -317,17 +358,18 @@ def _at_limit(names: Sequence[str], forces: Array, image: BoxImage) -> tuple[str
 def _limits(
     machine: Machine, efforts: Mapping[str, float] | None
 ) -> dict[str, tuple[float, float]]:
-    """Least and greatest effort by drive, changed by the caller's."""
+    """Least and greatest effort by drive [N m, N]: the caller's where given, else the robot's."""
     limits = dict(machine.effort_ranges)
     for name, value in mapping_of("efforts", efforts).items():
         if name not in limits:
             raise InputError(f"efforts: {no_such_name('drive', name, limits)}")
-        limits[name] = (-_positive(name, value), _positive(name, value))
+        effort = _positive(name, value)
+        limits[name] = (-effort, effort)
     return limits
 
 
 def _rates(machine: Machine, rates: Mapping[str, float] | None) -> dict[str, float]:
-    """Largest rate by coordinate, of those with a limit."""
+    """Largest rate by coordinate [rad/s, m/s], of those with a limit."""
     limits = dict(machine.rate_ranges)
     for name, value in mapping_of("rates", rates).items():
         if name not in limits:
@@ -337,6 +379,7 @@ def _rates(machine: Machine, rates: Mapping[str, float] | None) -> dict[str, flo
 
 
 def _positive(name: str, value: ArrayLike) -> float:
+    """A limit, which is zero or more; otherwise raises InputError."""
     number = real_number(name, value)
     if not number >= 0.0:
         raise InputError(f"{name}: the limit is {number:g}; expected zero or more")
@@ -344,7 +387,7 @@ def _positive(name: str, value: ArrayLike) -> float:
 
 
 def _axes(axes: Sequence[str]) -> list[int]:
-    """Rows of axes."""
+    """Rows of the Jacobian for k axes; raises InputError for wrong names."""
     rows: list[int] = []
     for name in axes:
         if name not in AXES:
@@ -356,7 +399,7 @@ def _axes(axes: Sequence[str]) -> list[int]:
 
 
 def _direction(direction: ArrayLike) -> Array:
-    """A unit wrench (6,)."""
+    """The unit wrench (6,) along a direction (3,) or (6,)."""
     values = real_array("direction", direction)
     size = float(np.linalg.norm(values))
     if values.shape not in ((3,), (6,)) or not 0.0 < size < np.inf:

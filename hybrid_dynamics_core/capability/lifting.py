@@ -20,10 +20,12 @@ from .box_image import solutions
 from .capability import Machine, largest, limits_of
 
 CELLS = 36  # states along each of the two joints
+INSET = 1e-6  # share of a range, since rounding may put its very ends outside
+STILL = 1e-9  # [m] travel of a frame that counts as none
 
 
 class LiftingMachine(Machine, ClosedKinematics, Protocol):
-    """What a lifting chart takes of a robot."""
+    """What a lifting chart needs of a robot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,7 @@ class LiftingChart:
         height: (c, c) of the frame above the base's origin [m].
         mass: (c, c) the largest mass that the drives hold at rest [kg]; 0 where they do not hold
             the robot itself.
-        limited_by: (c, c) index in `drives` of a drive at its limit; -1 without.
+        limited_by: (c, c) index in `drives` of a drive at its limit; -1 where none limits.
         drives: names of the drives.
         share: share of the lifted mass that counts.
         frame: name of the frame; None for the end effector.
@@ -63,12 +65,12 @@ def lifting_chart(
     loads: Loads | None = None,
     share: float = 1.0,
 ) -> LiftingChart:
-    """The lifting chart of a robot: its load hangs at a frame, at rest.
+    """The lifting chart of a robot: the masses that it holds at rest at a frame.
 
     Args:
         machine: the robot.
-        joints: the two active joints that move; None: those that move the frame most up and out.
-        u: (n,) where the other active joints stay; the reference if None.
+        joints: the two active joints that move; if None, those that move the frame most up and out.
+        u: (n,) where the other active joints stay [rad, m]; the reference if None.
         frame: name of the frame that carries the load; the end effector if None.
         loads: loads besides the actuators and this one; `robot.loads` if None.
         share: share of the lifted mass that counts, as 0.87 for excavators by ISO 10567.
@@ -78,24 +80,26 @@ def lifting_chart(
     """
     if not 0.0 < share <= 1.0:
         raise InputError(f"share is {share:g}; expected more than 0, up to 1")
-    base = machine.reference if u is None else finite_vectors("u", u, machine.active, -1)
-    pair = joints or moving_joints(machine, base, frame)
-    points = _grid(machine, pair, base)
-    flat = points.reshape(-1, len(base))
-    # with the sampler of workspaces: closed, and all joints within limits and strokes
+    start = machine.reference
+    if u is not None:
+        start = finite_vectors("u", u, machine.active, -1)
+    pair = joints or moving_joints(machine, start, frame)
+    points = _grid(machine, pair, start)
+    flat = points.reshape(-1, len(start))
+    # as in workspaces: loops closed, all joints within limits and strokes
     valid = margins_at(machine, flat).status == SampleStatus.OK
     if not valid.any():
         raise InputError(
             f"{machine.name} is nowhere within its limits while {pair[0]} and {pair[1]} move; let"
             " the others stay elsewhere"
         )
-    radius, height, mass = (np.full(len(flat), np.nan) for _ in range(3))
+    radius, height, mass = np.full((3, len(flat)), np.nan)
     drive = np.full(len(flat), -1)
-    place, lifted, which = _lifted(machine, flat[valid], frame, loads)
-    radius[valid] = np.hypot(place[:, 0], place[:, 1])
-    height[valid] = place[:, 2]
+    position, lifted, limiting = _lifted(machine, flat[valid], frame, loads)
+    radius[valid] = np.hypot(position[:, 0], position[:, 1])
+    height[valid] = position[:, 2]
     mass[valid] = share * lifted
-    drive[valid] = which
+    drive[valid] = limiting
     shape = points.shape[:2]
     return LiftingChart(
         joints=pair,
@@ -111,39 +115,46 @@ def lifting_chart(
 
 
 def moving_joints(machine: LiftingMachine, u: Array, frame: str | None) -> tuple[str, str]:
-    """The two active joints that move a frame most up and out, over their ranges."""
+    """The two active joints that move a frame most up and out, over their ranges.
+
+    Args:
+        machine: the robot.
+        u: (n,) at which they are compared [rad, m].
+        frame: name of the frame; the end effector if None.
+    """
     state = machine.close(u)
-    place = machine.forward_kinematics(state, frame).position
-    out = np.array([place[0], place[1], 0.0])
-    size = float(np.linalg.norm(out))
-    out = out / size if size > 0.0 else np.array([1.0, 0.0, 0.0])
+    position = machine.forward_kinematics(state, frame).position
+    outward = np.array([position[0], position[1], 0.0])
+    size = float(np.linalg.norm(outward))
+    outward = outward / size if size > 0.0 else np.array([1.0, 0.0, 0.0])
+    upward = [0.0, 0.0, 1.0]
     jacobian = machine.jacobian(state, frame)[:3]
-    plane = np.stack([out, [0.0, 0.0, 1.0]]) @ jacobian
+    velocities = np.stack([outward, upward]) @ jacobian  # (2, n) at unit rates
     ranges = np.nan_to_num(np.ptp(machine.limits, axis=1), posinf=1.0)
-    travel = np.linalg.norm(plane, axis=0) * ranges
+    travel = np.linalg.norm(velocities, axis=0) * ranges
     order = np.argsort(-travel)
-    if len(order) < 2 or travel[order[1]] < 1e-9:
+    if len(order) < 2 or travel[order[1]] < STILL:
         raise InputError("a lifting chart takes two joints that move the frame up and out")
     first, second = sorted(order[:2].tolist())
     return machine.active[first], machine.active[second]
 
 
-def _grid(machine: LiftingMachine, pair: tuple[str, str], base: Array) -> Array:
-    """(c, c, n) active coordinates."""
+def _grid(machine: LiftingMachine, pair: tuple[str, str], u: Array) -> Array:
+    """Active coordinates (c, c, n): a grid over two joints, the others as in u (n,)."""
     for name in pair:
         if name not in machine.active:
-            raise InputError(f"over: {no_such_name('active joint', name, machine.active)}")
+            raise InputError(f"joints: {no_such_name('active joint', name, machine.active)}")
     if pair[0] == pair[1]:
-        raise InputError(f"over: expected two different joints, got {pair[0]} twice")
+        raise InputError(f"joints: expected two different ones, got {pair[0]} twice")
     lines: list[Array] = []
     for name in pair:
         k = machine.active.index(name)
         lower, upper = machine.limits[k].tolist()
         if not np.isfinite(upper - lower):
-            lower, upper = base[k] - np.pi, base[k] + np.pi
-        inset = 1e-6 * (upper - lower)
+            lower, upper = u[k] - np.pi, u[k] + np.pi
+        inset = INSET * (upper - lower)
         lines.append(np.linspace(lower + inset, upper - inset, CELLS))
-    points = np.tile(base, (CELLS, CELLS, 1))
+    points = np.tile(u, (CELLS, CELLS, 1))
     points[..., machine.active.index(pair[0])] = lines[0][:, None]
     points[..., machine.active.index(pair[1])] = lines[1][None]
     return points
@@ -152,21 +163,27 @@ def _grid(machine: LiftingMachine, pair: tuple[str, str], base: Array) -> Array:
 def _lifted(
     machine: LiftingMachine, u: Array, frame: str | None, loads: Loads | None
 ) -> tuple[Array, Array, np.ndarray]:
-    """Places (N, 3) of the frame, lifted masses (N,), and the drives (N,) that limit them."""
+    """What drives hold at N active coordinates (N, n).
+
+    Returns:
+        Positions (N, 3) of the frame [m], lifted masses (N,) [kg], and the indices (N,) of drives
+        that limit them.
+    """
     state = machine.close(u)
     still = np.zeros_like(u)
     given = machine.loads if loads is None else loads
     held = machine.inverse_dynamics(state, still, given)
-    hanging = given.with_payload(Payload(1.0), frame or machine.end_effector)
-    more = machine.inverse_dynamics(state, still, hanging) - held
+    kilogram = given.with_payload(Payload(1.0), frame or machine.end_effector)
+    weights = machine.inverse_dynamics(state, still, kilogram) - held
     rates = machine.drive_rates(state)
     lower, upper = limits_of(machine)
     masses: list[float] = []
     drives: list[int] = []
-    for rate, one, needed in zip(rates, more, held, strict=True):
-        answer = largest(solutions(rate.T, one[:, None], needed, lower, upper), machine.all_drives)
+    for rate, weight, needed in zip(rates, weights, held, strict=True):
+        image = solutions(rate.T, weight[:, None], needed, lower, upper)
+        answer = largest(image, machine.all_drives)
         masses.append(max(answer.value, 0.0))
         names = answer.limited_by
         drives.append(machine.all_drives.index(names[0]) if names else -1)
-    place = machine.forward_kinematics(state, frame).position
-    return place, np.array(masses), np.array(drives)
+    position = machine.forward_kinematics(state, frame).position
+    return position, np.array(masses), np.array(drives)

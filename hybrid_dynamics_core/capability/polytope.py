@@ -12,6 +12,7 @@ from ..ground.arrays import Array
 from ..ground.check_arrays import real_array
 
 SAME = 1e-9  # share of the extent, below which two vertices or facets are the same
+DIGITS = 8  # in which facets of scaled points are the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +20,7 @@ class Polytope:
     """A convex polytope; empty where `vertices` has no row.
 
     Attributes:
-        vertices: (v, k); in two dimensions counter-clockwise.
+        vertices: (v, k) in the units of the axes; in two dimensions counter-clockwise.
         normals: (f, k) unit normals of the facets, outward.
         offsets: (f,) with normals @ y <= offsets inside.
         axes: names of the k axes.
@@ -47,13 +48,19 @@ class Polytope:
         return bool((self.normals @ values <= self.offsets + slack).all())
 
     def support(self, direction: ArrayLike) -> float:
-        """Largest product with a direction (k,) over all points; minus infinity if empty."""
+        """Largest product of a point with a direction (k,); minus infinity if empty."""
         values = real_array("direction", direction)
         return float((self.vertices @ values).max(initial=-np.inf))
 
 
 def hull(points: Array, axes: tuple[str, ...], at_limit: list[tuple[str, ...]]) -> Polytope:
-    """The convex hull of points (v, k)."""
+    """The convex hull of points.
+
+    Args:
+        points: (v, k) in the units of the axes.
+        axes: names of the k axes.
+        at_limit: drives at a limit in each point.
+    """
     k = len(axes)
     if not len(points):
         return Polytope(points, np.zeros((0, k)), np.zeros(0), axes, ())
@@ -61,13 +68,15 @@ def hull(points: Array, axes: tuple[str, ...], at_limit: list[tuple[str, ...]]) 
     extent = np.abs(points - middle).max(axis=0)
     if k == 1:
         chosen = [int(np.argmin(points)), int(np.argmax(points))]
-        chosen = chosen if extent[0] > 0.0 else chosen[:1]
+        if not extent[0] > 0.0:
+            chosen = chosen[:1]
         normals = np.array([[-1.0], [1.0]])
         offsets = np.array([-points.min(), points.max()])
         return _polytope(points, chosen, normals, offsets, axes, at_limit)
     scaled = (points - middle) / np.where(extent > 0.0, extent, 1.0)
     values = np.linalg.svd(scaled, compute_uv=False)
-    rank = int((values > SAME * max(float(values.max(initial=0.0)), 1.0)).sum())
+    largest = max(float(values.max(initial=0.0)), 1.0)
+    rank = int((values > SAME * largest).sum())
     if rank < k:
         return _flat(points, rank, (middle, extent), axes, at_limit)
     from scipy.spatial import ConvexHull  # noqa: PLC0415  slow to import
@@ -79,12 +88,19 @@ def hull(points: Array, axes: tuple[str, ...], at_limit: list[tuple[str, ...]]) 
 
 
 def _facets(equations: Array, middle: Array, extent: Array) -> tuple[Array, Array]:
-    """Facets, each once, from those of scaled points."""
+    """Facets, each once: normals (f, k) and offsets (f,) as in `Polytope`.
+
+    Args:
+        equations: (f, k + 1) normals of the hull of scaled points, and offsets with other sign.
+        middle: (k,) point that was subtracted.
+        extent: (k,) what was divided by.
+    """
     normals = equations[:, :-1] / extent
     sizes = np.linalg.norm(normals, axis=1)
     unit = normals / sizes[:, None]
     offsets = -equations[:, -1] / sizes + unit @ middle
-    rounded = np.round(np.column_stack([equations[:, :-1], equations[:, -1]]), 8)
+    # a facet with more than k vertices comes in several simplices
+    rounded = np.round(equations, DIGITS)
     _, first = np.unique(rounded, axis=0, return_index=True)
     first = np.sort(first)
     return unit[first], offsets[first]
@@ -97,7 +113,15 @@ def _flat(
     axes: tuple[str, ...],
     at_limit: list[tuple[str, ...]],
 ) -> Polytope:
-    """A polytope of fewer dimensions: facets of its hull, and two for each missing direction."""
+    """A polytope of fewer dimensions: facets of its hull, and two for each missing direction.
+
+    Args:
+        points: (v, k).
+        rank: number of its dimensions.
+        scales: middle (k,) and extent (k,) of the points.
+        axes: names of the k axes.
+        at_limit: drives at a limit in each point.
+    """
     middle, extent = scales
     size = np.where(extent > 0.0, extent, 1.0)
     scaled = (points - middle) / size
@@ -108,7 +132,10 @@ def _flat(
         inner = scaled @ directions[:rank].T
         part = hull(inner, axes[:rank], at_limit)
         facets, offsets = part.normals @ directions[:rank], part.offsets
-        chosen = [int(np.argmin(np.abs(inner - one).max(axis=1))) for one in part.vertices]
+        chosen = []
+        for vertex in part.vertices:
+            distances = np.abs(inner - vertex).max(axis=1)
+            chosen.append(int(np.argmin(distances)))
     across = directions[rank:]
     normals = np.vstack([facets, across, -across]) / size
     limits = np.concatenate([offsets, np.zeros(2 * len(across))])
@@ -125,5 +152,6 @@ def _polytope(
     axes: tuple[str, ...],
     at_limit: list[tuple[str, ...]],
 ) -> Polytope:
+    """The polytope whose vertices are the chosen points, with their drives at a limit."""
     limits = tuple(at_limit[index] for index in chosen)
     return Polytope(points[chosen], normals, offsets, axes, limits)

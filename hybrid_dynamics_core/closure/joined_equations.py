@@ -1,7 +1,7 @@
-"""Redundant equations that are solved with a block, so that its distance is that of all of them.
+"""Redundant equations that are solved with a block, so that it is singular only where all are.
 
 A block with as many equations as unknowns may be singular where all equations together are not. It
-is as good as all of them if the ratio of their determinants is constant. Then it stays as it is.
+is as good as all of them if the ratio of the determinants is constant. Then it stays as it is.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from .constraints.equations import Equation, LoopEquations, equations_of
 from .matching import EquationBlock, match
 from .numeric_closure import close_numerically, fixed_perturbation, gaps_and_jacobian
 
-# [rad or m] moves of the given coordinates to the configurations that are compared
+# moves of the given coordinates to the configurations that are compared [rad, m]
 MOVES = (0.07, -0.11, 0.23, -0.31, 0.02, -0.005)
-CLOSED_NEARBY = 1e-9  # largest gap of a configuration that counts
+CLOSED_NEARBY = 1e-9  # largest gap of a configuration that counts as closed [rad, m]
 CONSTANT = 1e-5  # relative change of a ratio of determinants that counts as none
 REGULAR = 1e-6  # least singular value, over the largest, of equations that are compared
 PART = 1e-7  # share of one equation in another that counts
@@ -40,11 +40,11 @@ def joined_blocks(
     Args:
         tree: the spanning tree.
         loops: all equations.
-        near: a configuration near which the loops close, by coordinate [rad or m].
+        near: a configuration near which the loops close, by coordinate [rad, m].
         blocks: blocks of the independent equations in solving order.
         redundant: equations that follow from the independent ones.
-        is_exact: of each block, whether it has a closed form. Such a block stays as it is where its
-            equations are singular together with all others.
+        is_exact: for each block, whether it has a closed form. Such a block stays as it is if
+            redundant equations do not change where it is singular.
     """
     start = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     unknowns = sorted(k for block in blocks for k in block.unknowns)
@@ -64,7 +64,7 @@ def joined_blocks(
 
 
 def _with_redundant(blocks: Blocks, redundant: Sequence[Equation]) -> list[EquationBlock]:
-    """Each redundant equation joins the last block in solving order that has an unknown of it."""
+    """The blocks with redundant equations; each joins the last block that has an unknown of it."""
     more: list[list[Equation]] = [[] for _ in blocks]
     for equation in redundant:
         for block, equations in zip(reversed(blocks), reversed(more), strict=True):
@@ -105,16 +105,21 @@ class _Comparison:
         unknowns: Sequence[int],
     ) -> list[list[Equation]]:
         """For each redundant equation, the independent ones of which it is a combination."""
+        independent = EquationBlock(tuple(equations), tuple(unknowns))
+        dependent = EquationBlock(tuple(redundant), tuple(unknowns))
         shares = np.zeros((len(redundant), len(equations)))
         for sample in self.samples:
-            independent = self._matrix(sample, EquationBlock(tuple(equations), tuple(unknowns)))
-            others = self._matrix(sample, EquationBlock(tuple(redundant), tuple(unknowns)))
-            factors, *_ = np.linalg.lstsq(independent.T, others.T, rcond=None)
+            rows = self._matrix(sample, independent)
+            others = self._matrix(sample, dependent)
+            factors, *_ = np.linalg.lstsq(rows.T, others.T, rcond=None)
             shares = np.maximum(shares, np.abs(factors.T))
-        return [[equations[int(k)] for k in np.flatnonzero(row > PART)] for row in shares]
+        ties: list[list[Equation]] = []
+        for row in shares:
+            ties.append([equations[int(k)] for k in np.flatnonzero(row > PART)])
+        return ties
 
     def _size(self, sample: Array, blocks: Blocks) -> float:
-        """Logarithm of the product of all singular values; NaN near a singular place."""
+        """Logarithm of the product of all singular values of blocks; NaN near a singular place."""
         total = 0.0
         for block in blocks:
             values = np.linalg.svd(self._matrix(sample, block), compute_uv=False)
@@ -124,7 +129,7 @@ class _Comparison:
         return total
 
     def _matrix(self, sample: Array, block: EquationBlock) -> Array:
-        """The Jacobian of the equations and unknowns of a block."""
+        """The rows and columns of a Jacobian that are those of a block."""
         chosen = [self.rows[equation] for equation in block.equations]
         matrix: Array = sample[np.ix_(chosen, list(block.unknowns))]
         return matrix

@@ -1,16 +1,16 @@
 """Inverse dynamics of the spanning tree for closed loops, in axes that links have in common.
 
-The forces along s are not those of the open tree, but their projection R^T f is the same: a moment
-about z of common axes acts along the coordinates of the link's absolute angle, which leaves out
-coordinates that follow from others. `TreeDynamics` has the plain text, which is the oracle of this
-one in the tests.
+A moment about z of common axes acts along the coordinates of the link's absolute angle. These leave
+out coordinates that follow from others. So the forces f along s are not those of the open tree, but
+their projection R^T f is the same. `TreeDynamics` has the plain equations; tests compare the two.
 
-In axes that turn with omega, a link that turns about z by p, relative to them, has
+Axes turn with omega, and have the acceleration map U. A link that turns about their z at a rate p
+relative to them has
 
     omega + p z,   U + 2 p omega~ z~ + p' z~ + p^2 z~ z~,
 
-with U the acceleration map of the axes. Only a few entries of U change, and positions, forces and
-moments need no rotation from link to link.
+where ~ makes a vector the matrix of its cross product. Only a few entries of U change. Positions,
+forces and moments need no rotation from link to link.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ class Motion(NamedTuple):
     Attributes:
         omega: angular velocity (3,) [rad/s].
         alpha: angular acceleration (3,) [rad/s^2].
-        change: U (3, 3) [1/s^2]: U r is the acceleration of a point beyond that of another one.
+        change: acceleration map U (3, 3) [1/s^2]: a point at r from the origin accelerates by U r
+            more than the origin.
         accel: acceleration of the link origin (3,) [m/s^2], gravity subtracted.
     """
 
@@ -79,7 +80,7 @@ class GroupedDynamics:
         dds: Scalars,
         applied: Mapping[int, Wrench] | None = None,
     ) -> list[Scalar]:
-        """Forces along s whose projection is R^T (M s'' + C s' + g - the work of wrenches).
+        """Forces along s whose projection is R^T (M s'' + C s' + g - those of applied wrenches).
 
         Args:
             gravity: (3,) [m/s^2], base axes.
@@ -101,7 +102,7 @@ class GroupedDynamics:
         return self._along_joints(wrenches)
 
     def _motions(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Motion]:
-        """The motions of all bodies."""
+        """The motions of all bodies, each in its axes."""
         base = Motion(ZERO3, ZERO3, (ZERO3, ZERO3, ZERO3), scale(-1.0, gravity))
         carried: dict[int, Motion] = {}  # motions of carriers, in the axes that they carry
         motions: list[Motion] = []
@@ -144,7 +145,15 @@ class GroupedDynamics:
         return Motion(omega, alpha, acceleration_map(omega, alpha), accel)
 
     def _turning(self, k: int, parent: Motion, axes: Motion, ds: Scalars, dds: Scalars) -> Motion:
-        """The motion of a link that turns about z of its axes."""
+        """The motion of a link that turns about z of its axes.
+
+        Args:
+            k: index of the link.
+            parent: motion of its parent.
+            axes: motion of the axes.
+            ds: s' (n_s,) [rad/s, m/s].
+            dds: s'' (n_s,) [rad/s^2, m/s^2].
+        """
         angle = self.layout.places[k].angle
         rate = _along(angle, ds)
         acceleration = _along(angle, dds)
@@ -170,11 +179,11 @@ class GroupedDynamics:
         return parent._replace(accel=add(self._at_joint(k, parent), accel))
 
     def _at_joint(self, k: int, parent: Motion) -> Vector:
-        """The acceleration of a parent at the origin of body k."""
+        """The acceleration (3,) [m/s^2] of a parent at the origin of body k."""
         return add(parent.accel, matvec(parent.change, self._offset(k)))
 
     def _offset(self, k: int) -> Vector:
-        """The vector from the parent's origin to that of body k, in the parent's axes."""
+        """The vector (3,) [m] from the parent's origin to that of body k, in axes of its seat."""
         body = self.tree.bodies[k]
         seat = self._seat(k)
         offset = matvec(seat.zero, body.translation)
@@ -194,8 +203,9 @@ class GroupedDynamics:
     def _needed(self, k: int, motion: Motion) -> Wrench:
         """The wrench that a body needs for its motion, about its origin and in its axes.
 
-        As in `spanning`, with the second moments split for z: their sum turns with the link, and
-        their difference only matters where the axes turn about x and y.
+        As in `spanning`, with the moment about z by itself. There the sum of the second moments
+        about x and y counts, which no turn about z changes. Their difference counts only where the
+        axes turn about x and y.
         """
         body = self.tree.bodies[k]
         h = self._in_axes(k, body.first_moment)
@@ -214,17 +224,17 @@ class GroupedDynamics:
         return force, add(moment, cross(h, motion.accel))
 
     def _second_moments_at_zero(self, k: int) -> Rotation:
-        """Second moments of a body (3, 3) in its axes, at angle zero."""
+        """Second moments of a body (3, 3) in its axes, at angle zero [kg m^2]."""
         zero = self.layout.places[k].zero
         return matmul(matmul(zero, self.tree.bodies[k].about_origin), transpose(zero))
 
     def _polar(self, k: int) -> Scalar:
-        """The second moment of a body about the z of its axes."""
+        """The moment of inertia of a body about z of its axes [kg m^2]."""
         (xx, _, _), (_, yy, _), _ = self._second_moments_at_zero(k)
         return xx + yy
 
     def _second_moments(self, k: int) -> Rotation:
-        """Second moments of a body (3, 3) in its axes."""
+        """Second moments of a body (3, 3) in its axes, at its angle [kg m^2]."""
         angle = self.layout.places[k].angle
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = at_zero = self._second_moments_at_zero(k)
         if not angle:
@@ -237,7 +247,7 @@ class GroupedDynamics:
         return (first, mixed, xz), (mixed, xx + yy - first, yz), (xz, yz, zz)
 
     def _add_compensated(self, wrenches: list[Wrench], gravity: Vector) -> None:
-        """Add the weight that is compensated, which gravity in the accelerations includes."""
+        """Cancel the compensated weight, since the accelerations include gravity for all mass."""
         directions = {0: gravity}
         for index in range(1, len(self.layout.axes)):
             carrier = self.layout.place(self.layout.axes[index].carrier)
@@ -250,7 +260,7 @@ class GroupedDynamics:
                 wrenches[k] = total(wrenches[k], weight)
 
     def _along_joints(self, wrenches: list[Wrench]) -> list[Scalar]:
-        """Forces along s from the wrenches that the bodies need; the list is changed."""
+        """Forces along s (n_s,) [N m, N] from the wrenches that bodies need; changes the list."""
         forces: list[Scalar] = [0.0] * len(self.tree.coordinates)
         on_carriers: dict[int, Wrench] = {}
         for k in range(len(wrenches) - 1, -1, -1):
@@ -279,7 +289,8 @@ class GroupedDynamics:
     def _pass_on(self, k: int, wrenches: list[Wrench], on_carriers: dict[int, Wrench]) -> None:
         """Add the wrench of body k to that of its parent.
 
-        Moments about z of common axes go to the carrier, past all links that turn about them.
+        The moment about z of common axes goes to their carrier at once: the drives of the angle
+        hold it, whatever the links in between.
         """
         place = self.layout.places[k]
         parent = self.tree.bodies[k].parent
@@ -317,6 +328,7 @@ class GroupedDynamics:
         return self._in_axes(axes.carrier, in_link)
 
     def _wrench_out_of(self, index: int, wrench: Wrench) -> Wrench:
+        """A wrench in some axes, in those of their carrier."""
         force, moment = wrench
         return self._out_of(index, force), self._out_of(index, moment)
 
@@ -326,6 +338,7 @@ class GroupedDynamics:
         return self._turned(place, matvec(place.zero, v))
 
     def _wrench_in_axes(self, k: int, wrench: Wrench) -> Wrench:
+        """A wrench in link axes of a body, in its axes."""
         force, moment = wrench
         return self._in_axes(k, force), self._in_axes(k, moment)
 
@@ -357,8 +370,8 @@ class GroupedDynamics:
 
 
 def _along(angle: Angle, values: Scalars) -> Scalar:
-    """The rate of an absolute angle from rates of the coordinates, or its acceleration."""
-    total_rate: Scalar = 0.0
+    """The rate of an absolute angle from those of the coordinates; accelerations likewise."""
+    result: Scalar = 0.0
     for k, sign in angle:
-        total_rate = total_rate + sign * values[k]
-    return total_rate
+        result = result + sign * values[k]
+    return result

@@ -3,7 +3,7 @@
 Links that turn about parallel axes, relative to one link that carries them all, need no axes of
 their own. Their vectors are in axes of the carrier, with z along the joints, and each link is
 turned about z by an absolute angle: the sum of the joint angles on the way to it. Linear equations
-of parallelograms reduce this sum: a link that stays parallel to the carrier has none left.
+of parallelograms shorten this sum. A link that stays parallel to the carrier has an empty one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LEAST = 2  # links that turn in common axes; a single one is better off with axe
 SYMMETRIC = 1e-15  # rounding of second moments, as a share of the largest
 PARALLEL = 1e-13  # sine of the angle up to which two axes count as parallel
 
-# coordinates and coefficients of an absolute angle, in order
+# coordinate and coefficient of each joint angle in an absolute angle, from the carrier outward
 Angle = tuple[tuple[int, int], ...]
 
 
@@ -38,7 +38,7 @@ class Axes:
         carrier: the link that they are fixed to, BASE for the base; for axes of a single link, its
             parent.
         link: the link, if the axes are those of a single one; otherwise None.
-        rotation: from the axes of the carrier to these, (3, 3), if they are fixed to it.
+        rotation: from link axes of the carrier to these (3, 3), if they are fixed to it.
         is_common: whether links turn about their z.
     """
 
@@ -84,7 +84,7 @@ class Layout:
         return self.places[body]
 
     def seat(self, body: int, parent: int) -> Place:
-        """The place of a body's parent in the axes of the body."""
+        """The place of a body's parent in the axes of the body: as a member, or as the carrier."""
         axes = self.places[body].axes
         place = self.place(parent)
         if place.axes == axes:
@@ -116,7 +116,10 @@ def lay_out(tree: Tree, plan: ClosurePlan) -> Layout:
 
     Args:
         tree: the spanning tree, with the parameters that most states are computed with.
-        plan: closure plan.
+        plan: closure plan, whose linear equations shorten the angles.
+
+    Returns:
+        All axes, and the place of each body in them.
     """
     groups = _groups(tree)
     axes = [Axes(BASE)]
@@ -126,9 +129,9 @@ def lay_out(tree: Tree, plan: ClosurePlan) -> Layout:
     for k, body in enumerate(tree.bodies):
         group = groups[k]
         if not body.is_revolute:
-            before = places[body.parent] if body.parent != BASE else Place(0)
-            turned: Array = np.array(before.zero) @ np.array(body.rotation)
-            places.append(replace(before, zero=rows(turned), turns=False))
+            of_parent = places[body.parent] if body.parent != BASE else Place(0)
+            turned: Array = np.array(of_parent.zero) @ np.array(body.rotation)
+            places.append(replace(of_parent, zero=rows(turned), turns=False))
         elif group is None or not _is_worth_common_axes(tree, groups, k):
             places.append(Place(len(axes)))
             axes.append(Axes(body.parent, link=k))
@@ -145,24 +148,26 @@ def lay_out(tree: Tree, plan: ClosurePlan) -> Layout:
 
 
 def _groups(tree: Tree) -> list[_Group | None]:
-    """The group of each body; a slide has its parent's, the first body of a ball joint none."""
+    """The group of each body: a slide has its parent's, the first body of a ball joint has none."""
     groups: list[_Group | None] = []
     for k, body in enumerate(tree.bodies):
-        before = groups[body.parent] if body.parent >= 0 else None
+        group = groups[body.parent] if body.parent >= 0 else None
         if body.chart is not None:
             groups.append(None)
         elif not body.is_revolute:
-            groups.append(before)
+            groups.append(group)
         else:
-            groups.append(_group_of(tree, k, before, groups))
+            groups.append(_group_of(tree, k, group, groups))
     return groups
 
 
-def _group_of(tree: Tree, k: int, before: _Group | None, groups: Sequence[_Group | None]) -> _Group:
+def _group_of(
+    tree: Tree, k: int, of_parent: _Group | None, groups: Sequence[_Group | None]
+) -> _Group:
     """The group of a revolute joint: its parent's, another one on its parent, or a new one."""
     parent = tree.bodies[k].parent
-    if before is not None and before.has(_axis(tree, k, before.carrier)):
-        return before
+    if of_parent is not None and of_parent.has(_axis(tree, k, of_parent.carrier)):
+        return of_parent
     axis = _axis(tree, k, parent)
     for group in groups:
         if group is not None and group.carrier == parent and group.has(axis):
@@ -178,9 +183,11 @@ def _axis(tree: Tree, k: int, carrier: int) -> Array:
 
 
 def _is_worth_common_axes(tree: Tree, groups: Sequence[_Group | None], k: int) -> bool:
-    """Whether other links turn with a link in its group, or its angle has no effect."""
-    members = zip(tree.bodies, groups, strict=True)
-    turning = sum(body.is_revolute and group == groups[k] for body, group in members)
+    """Whether other links turn with link k in its group, or its angle has no effect."""
+    turning = 0
+    for body, group in zip(tree.bodies, groups, strict=True):
+        if body.is_revolute and group == groups[k]:
+            turning += 1
     carries = any(body.parent == k for body in tree.bodies)
     return turning >= LEAST or (not carries and _is_symmetric(tree.bodies[k]))
 
@@ -190,9 +197,10 @@ def _is_symmetric(body: Body) -> bool:
     basis = normal_basis(np.array(body.axis))
     second: Array = basis @ np.array(body.about_origin) @ basis.T
     across = basis[:2] @ np.array(body.first_moment)
-    rest = second - np.diag([second[0, 0], second[0, 0], second[2, 2]])
+    symmetric = np.diag([second[0, 0], second[0, 0], second[2, 2]])
+    difference = max(np.abs(second - symmetric).max(), np.abs(across).max())
     size = max(np.abs(second).max(), np.abs(body.first_moment).max())
-    return bool(max(np.abs(rest).max(), np.abs(across).max()) <= SYMMETRIC * size)
+    return bool(difference <= SYMMETRIC * size)
 
 
 class _AbsoluteAngles:
@@ -213,21 +221,27 @@ class _AbsoluteAngles:
         return self._reduced(dict(reversed(terms.items())))
 
     def _sign(self, k: int, group: _Group) -> int:
+        """1 for a joint whose axis points along the normal of the group, -1 against it."""
         along = float(np.array(group.normal) @ _axis(self._tree, k, group.carrier))
         return 1 if along > 0.0 else -1
 
     def _reduced(self, terms: dict[int, int]) -> tuple[Angle, float]:
-        """The angle with each angle that an equation gives replaced by those before it."""
+        """The angle without joint angles that linear equations give, and a constant [rad].
+
+        Each of them is replaced by the other terms of its equation.
+        """
         offset = 0.0
         for block in reversed(self._solved):
             sign = terms.pop(block.unknowns[0], 0)
             if sign:
                 offset += sign * block.offset
-                for k, other in block.others:
-                    terms[k] = terms.get(k, 0) + sign * round(other)
-        return tuple((k, sign) for k, sign in terms.items() if sign), offset
+                for k, coefficient in block.others:
+                    terms[k] = terms.get(k, 0) + sign * round(coefficient)
+        angle = tuple((k, sign) for k, sign in terms.items() if sign)
+        return angle, offset
 
 
 def _about_z(angle: float) -> Array:
+    """The rotation (3, 3) about z by an angle [rad]."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

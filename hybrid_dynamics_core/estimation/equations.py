@@ -21,21 +21,21 @@ from .unknowns import (
 )
 
 LENGTH = 0.5  # [s] of a block
-LEAST_BLOCKS = 12
-MOST_BLOCKS = 240
-LEAST_RATE = 1e-6  # [rad/s or m/s] of a joint at rest
-RESTING = 0.5  # mean share of friction that is at rest, above which a joint rests
+LEAST_BLOCKS = 12  # of a run; short runs have shorter blocks
+MOST_BLOCKS = 240  # of a run; long runs have longer blocks
+LEAST_RATE = 1e-6  # [rad/s, m/s] of a drive that rests, since viscous friction is effort over rate
+RESTING = 0.5  # share of friction that a block leaves open, above which a drive rests
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Means of the equations over short stretches of time.
+    """Means of the equations over short stretches of time: B blocks, k drives, p unknowns.
 
     Attributes:
-        matrix: (B, k, p).
-        target: (B, k).
-        at_rest: (B, k) share of Coulomb friction that a joint at rest leaves open.
-        samples: (B,) number of samples.
+        matrix: (B, k, p) change of each effort with each unknown.
+        target: (B, k) measured efforts less those of the model [N m, N].
+        at_rest: (B, k) share of Coulomb friction that is open: 1 at rest, 0 in motion.
+        samples: (B,) number of samples of each block.
         start: (B,) first sample of each block.
     """
 
@@ -54,12 +54,13 @@ class Blocks:
 class Equations:
     """Equations of the samples of a run: target = matrix @ unknowns + noise.
 
+    There are N samples, k drives and p unknowns.
+
     Attributes:
-        matrix: (N, k, p).
+        matrix: (N, k, p) change of each effort with each unknown.
         target: (N, k) measured efforts less those of the model [N m, N].
-        required: (N, k) efforts of the model without load.
-        at_rest: (N, k) 1 for a joint at rest, 0 for one whose friction acts in full.
-        coulomb: (k,) Coulomb friction that may hold each joint at rest.
+        required: (N, k) efforts of the model without load [N m, N].
+        at_rest: (N, k) share of Coulomb friction that is open: 1 at rest, 0 in motion.
     """
 
     matrix: Array
@@ -68,39 +69,52 @@ class Equations:
     at_rest: Array
 
     def blocks(self, time: Array | None) -> Blocks:
-        """Means over blocks; each sample is a block where there is no time."""
+        """Means over blocks of time (N,) [s]; without times each sample is a block."""
         count = len(self.target)
         start: Rows = np.arange(count)
         if time is not None:
             start = _starts(time)
         samples = np.diff(np.append(start, count))
         return Blocks(
-            _means(self.matrix, start, samples),
-            _means(self.target, start, samples),
-            _means(self.at_rest, start, samples),
-            samples.astype(np.float64),
-            start.astype(np.float64),
+            matrix=_means(self.matrix, start, samples),
+            target=_means(self.target, start, samples),
+            at_rest=_means(self.at_rest, start, samples),
+            samples=samples.astype(np.float64),
+            start=start.astype(np.float64),
         )
 
 
 def _starts(time: Array) -> Rows:
-    """First sample of each block."""
+    """First sample (B,) of each block of a time (N,) [s]."""
     duration = float(time[-1] - time[0])
-    length = min(max(LENGTH, duration / MOST_BLOCKS), duration / LEAST_BLOCKS)
+    length = max(LENGTH, duration / MOST_BLOCKS)
+    length = min(length, duration / LEAST_BLOCKS)
     number = np.floor((time - time[0]) / length)
     return np.asarray(np.unique(number, return_index=True)[1])
 
 
 def _means(values: Array, start: Rows, samples: Rows) -> Array:
+    """Means (B, ...) of values (N, ...) over blocks, by their first samples and numbers (B,)."""
     sums = np.add.reduceat(values, start, axis=0)
     shape = (len(samples),) + (1,) * (values.ndim - 1)
     return np.asarray(sums / samples.reshape(shape))
 
 
 class Modelling:
-    """Makes the equations of runs of one robot with one set of unknowns."""
+    """Makes the equations of runs of one robot with one set of unknowns.
+
+    Attributes:
+        robot: the robot.
+        loads: loads besides the actuators and the one that is weighed.
+        limits: tolerances of the model.
+        drives: names of the k drives with efforts.
+        frame: the frame that carries the load.
+        parameters: names of the robot's parameters that are unknown.
+        values: their values in the description.
+    """
 
     def __init__(self, run: MeasuredRun, loads: Loads, frame: str, limits: Tolerances) -> None:
+        """The equations for the drives of a run, with a load at a frame."""
         robot = run.robot
         self.robot = robot
         self.loads = loads
@@ -111,11 +125,13 @@ class Modelling:
         self.values = self.parameters.values(robot.description, loads.effects)
 
     def unknowns(self, runs: list[MeasuredRun], load: Array) -> Unknowns:
-        """The unknowns, with deviations from the size of efforts and rates.
+        """The unknowns, with their deviations before the measurement.
+
+        Those of friction and sensors follow from the mean sizes of efforts and rates.
 
         Args:
             runs: all runs.
-            load: (10,) deviations of the load's parameters.
+            load: (10,) deviations of the load's parameters [kg, kg m, kg m^2].
         """
         efforts = np.concatenate([run.efforts for run in runs])
         indices = [self.robot.coordinates.index(name) for name in self.drives]
@@ -134,15 +150,15 @@ class Modelling:
         return Unknowns(tuple(names), np.concatenate(parts))
 
     def holding_friction(self, unknowns: Unknowns) -> Array:
-        """Coulomb friction (k,) that may hold each drive at rest."""
-        held = []
+        """Largest Coulomb friction (k,) that may hold each drive at rest [N m, N]."""
+        largest: list[float] = []
         names = self.parameters.names
         for drive in self.drives:
-            name = f"{drive}.coulomb"
-            value = float(self.values[names.index(name)])
-            deviation = float(unknowns.deviation[INERTIAL + names.index(name)])
-            held.append(value + deviation)
-        return np.array(held)
+            k = names.index(f"{drive}.coulomb")
+            value = float(self.values[k])
+            deviation = float(unknowns.deviation[INERTIAL + k])  # after those of the load
+            largest.append(value + deviation)
+        return np.array(largest)
 
     def equations(self, run: MeasuredRun, *, loaded: bool) -> Equations:
         """The equations of a run.
@@ -157,18 +173,26 @@ class Modelling:
         required = self.robot.inverse_dynamics(run.state, run.ddu, self.loads)
         model = (to_drives @ required[..., None])[..., 0]
         k = len(self.drives)
-        shape = (len(model), k, INERTIAL)
-        load = np.zeros(shape)
+        load = np.zeros((len(model), k, INERTIAL))
         if loaded:
+            # the load changes efforts as the parameters of its link do
             first = INERTIAL * self.parameters.links.index(self.frame.link)
             load = along[..., first : first + INERTIAL] @ self.frame.to_link
-        ones = np.broadcast_to(np.eye(k), (len(model), k, k))
-        scales = ones * run.efforts[:, :, None]
-        matrix = np.concatenate([load, along, ones, scales], axis=2)
-        return Equations(matrix, run.efforts - model, model, self._standstill(run))
+        offsets = np.broadcast_to(np.eye(k), (len(model), k, k))
+        scales = offsets * run.efforts[:, :, None]
+        matrix = np.concatenate([load, along, offsets, scales], axis=2)
+        return Equations(
+            matrix=matrix,
+            target=run.efforts - model,
+            required=model,
+            at_rest=self._standstill(run),
+        )
 
     def _to_drives(self, run: MeasuredRun) -> Array:
-        """(N, k, n) from tau to the efforts of the drives."""
+        """Maps (N, k, n) from tau to the efforts of the drives.
+
+        By virtual work tau = R_d^T f, with R_d (n, n) the rows of R of all drives and idle joints.
+        """
         robot = self.robot
         determining = [*robot.drives, *robot.idle]
         rows = [robot.coordinates.index(name) for name in determining]
@@ -178,7 +202,7 @@ class Modelling:
         return np.asarray(inverse[:, chosen])
 
     def _standstill(self, run: MeasuredRun) -> Array:
-        """Share (N, k) of Coulomb friction that rates leave open."""
+        """Share (N, k) of Coulomb friction that is open: what its smoothed sign lacks to 1."""
         indices = [self.robot.coordinates.index(name) for name in self.drives]
         rates = run.state.ds[:, indices]
         smoothing = self.loads.effects.smoothing[indices]
@@ -190,21 +214,24 @@ def standstill_columns(blocks: Blocks, friction: Array) -> tuple[Array, Array]:
 
     Args:
         blocks: blocks of a run.
-        friction: (k,) largest friction of each drive at rest.
+        friction: (k,) largest friction of each drive at rest [N m, N].
 
     Returns:
-        Columns (B, k, r), and their deviations (r,).
+        Columns (B, k, r) for r such stretches, and their deviations (r,) [N m, N].
     """
     count, k = blocks.at_rest.shape
     columns: list[Array] = []
     deviations: list[float] = []
     for drive in range(k):
         rests = blocks.at_rest[:, drive] > RESTING
-        change = np.flatnonzero(np.diff(np.concatenate([[0], rests.astype(int), [0]])))
-        for start, end in change.reshape(-1, 2).tolist():
+        # moving before and after: each stretch has a start and an end
+        padded = np.concatenate([[0], rests.astype(int), [0]])
+        changes = np.flatnonzero(np.diff(padded))
+        for start, end in changes.reshape(-1, 2).tolist():
             column = np.zeros((count, k))
             column[start:end, drive] = blocks.at_rest[start:end, drive]
             columns.append(column)
+            # that of a uniform distribution between minus and plus the friction
             deviations.append(float(friction[drive]) / np.sqrt(3.0))
     if not columns:
         return np.zeros((count, k, 0)), np.zeros(0)

@@ -1,7 +1,7 @@
 """Least squares with what is known before, noise from the residuals, and honest covariance.
 
 Each unknown has a normal distribution before the measurement; so has each error of the model.
-Blocks of a run are correlated where the model is wrong: their noise is increased by it.
+Neighbouring blocks are correlated where the model is wrong. The noise is increased by that.
 """
 
 from __future__ import annotations
@@ -17,21 +17,22 @@ from ..identification.outliers import noise_limit
 
 Mask = NDArray[np.bool_]
 RUNS = 8  # fits, each with the noise of the one before
-PRIOR_SAMPLES = 2.0  # how much the expected noise counts
+PRIOR_SAMPLES = 2.0  # [blocks] as which the expected noise counts
 CORRELATED = (-0.5, 0.8)  # least and largest correlation of neighbours that counts
-TINY = 1e-300
+LEAST_PAIRS = 4  # of neighbours that show a correlation
+TINY = 1e-300  # keeps divisions by zero finite
 
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Block means of the equations, with what is known before.
+    """Block means of the equations, with what is known before: B blocks, k drives, p unknowns.
 
     Attributes:
-        matrix: (B, k, p).
-        target: (B, k).
+        matrix: (B, k, p) change of each effort with each unknown.
+        target: (B, k) measured efforts less those of the model [N m, N].
         mean: (p,) expected unknowns.
         deviation: (p,) their standard deviations.
-        floor: (k,) expected noise of a block.
+        floor: (k,) expected noise of a block [N m, N].
         run: (B,) number of the run of each block.
     """
 
@@ -43,7 +44,7 @@ class System:
     run: Array
 
     def only(self, rows: Mask) -> System:
-        """Some of the blocks."""
+        """The system of the blocks of a mask (B,)."""
         parts = (self.matrix[rows], self.target[rows], self.mean, self.deviation, self.floor)
         return System(*parts, self.run[rows])
 
@@ -53,10 +54,10 @@ class Fit:
     """Unknowns after the measurement.
 
     Attributes:
-        values: (p,).
-        covariance: (p, p).
-        noise: (k,) standard deviation of a block.
-        residual: (B, k) target less the fit.
+        values: (p,) estimated unknowns.
+        covariance: (p, p) of the unknowns.
+        noise: (k,) standard deviation of a block [N m, N].
+        residual: (B, k) target less the fit [N m, N].
         free: degrees of freedom of the noise.
     """
 
@@ -68,11 +69,11 @@ class Fit:
 
 
 def fitted(system: System) -> Fit:
-    """The fit, with noise from its residuals."""
+    """The fit, repeated with the noise that its residuals show."""
     normal = NormalEquations(system)
     noise = system.floor
     correlation = np.ones_like(noise)
-    free = correlation
+    free = np.ones_like(noise)
     count = len(system.target)
     solution = normal.solved(noise)
     for _ in range(RUNS):
@@ -87,12 +88,12 @@ def fitted(system: System) -> Fit:
 
 
 def solved(system: System, noise: Array) -> Solution:
-    """The fit at a given noise (k,)."""
+    """The fit at a given noise (k,) [N m, N]."""
     return NormalEquations(system).solved(noise)
 
 
 def unfitting(system: System, fit: Fit) -> Mask:
-    """Mask (B,) of blocks whose residuals are no noise."""
+    """Mask (B,) of blocks whose residuals are too large for noise."""
     limit = noise_limit(system.target.size)
     size = np.abs(fit.residual) / fit.noise
     return np.asarray((size > limit).any(axis=1))
@@ -103,11 +104,11 @@ class Solution:
     """Unknowns at a given noise.
 
     Attributes:
-        values: (p,).
-        covariance: (p, p).
-        residual: (B, k) target less the fit.
-        leverage: (k,) how many equations of each drive determine unknowns.
-        cost: weighted squares of the residuals and of the unknowns.
+        values: (p,) estimated unknowns.
+        covariance: (p, p) of the unknowns.
+        residual: (B, k) target less the fit [N m, N].
+        leverage: (k,) number of equations of each drive that the unknowns use up.
+        cost: sum of squares of residuals over noise, and of unknowns over deviations.
     """
 
     values: Array
@@ -128,25 +129,30 @@ class NormalEquations:
         self._right = np.einsum("kbp,kb->kp", columns, gap)
 
     def solved(self, noise: Array) -> Solution:
-        """The solution at a noise (k,)."""
+        """The solution at a noise (k,) [N m, N]."""
         system = self._system
         weights = 1.0 / noise**2
         matrix = np.tensordot(weights, self._gram, axes=1) + np.eye(len(system.mean))
         factor = cho_factor(matrix, lower=True)
         z = cho_solve(factor, weights @ self._right)
-        scaled = cho_solve(factor, np.eye(len(z)))
+        inverse = cho_solve(factor, np.eye(len(z)))
         values = system.mean + system.deviation * z
         residual = system.target - system.matrix @ values
-        leverage = weights * np.einsum("kpq,qp->k", self._gram, scaled)
+        leverage = weights * np.einsum("kpq,qp->k", self._gram, inverse)
         cost = float(np.square(residual / noise).sum() + z @ z)
-        covariance = scaled * np.outer(system.deviation, system.deviation)
+        covariance = inverse * np.outer(system.deviation, system.deviation)
         return Solution(values, covariance, residual, leverage, cost)
 
 
 def _correlation(residual: Array, run: Array) -> Array:
-    """Variance of a mean of blocks over that of independent ones (k,), by neighbours."""
+    """By how much the correlation of neighbours increases the variance of a mean (k,).
+
+    Args:
+        residual: (B, k) target less the fit [N m, N].
+        run: (B,) number of the run of each block; neighbours are of one run.
+    """
     is_pair = run[1:] == run[:-1]
-    if is_pair.sum() < 4:
+    if is_pair.sum() < LEAST_PAIRS:
         return np.ones(residual.shape[1])
     products = (residual[1:] * residual[:-1])[is_pair].sum(axis=0)
     squares = np.maximum((residual[1:] ** 2)[is_pair].sum(axis=0), TINY)

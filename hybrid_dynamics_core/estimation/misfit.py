@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain, combinations
+from itertools import combinations
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from .sensors import SensorError
 from .unknowns import Unknowns
 
 FAINT = 2e-3  # measured over required efforts, below which the unit is another
-BETTER = 0.25  # of the squares, at which exchanged chambers fit better
+BETTER = 0.25  # share of the squares: exchanged chambers that leave less fit better
 COARSE = 0.02  # noise of this comparison, as a share of the efforts
-UNITS = {1e-5: "bar", 1e-6: "MPa", 1e-3: "kPa or kN"}
-GOOD_FIT = 0.2  # of the squares that this noise would leave
-BAD = 0.1  # of a drive's efforts: more than this is left by no load
+UNITS = {1e-5: "bar", 1e-6: "MPa", 1e-3: "kPa or kN"}  # by their numbers over those in SI units
+GOOD_FIT = 0.2  # share of the squares that this noise leaves: a fit below it is not doubted
+BAD = 0.1  # share of a drive's efforts: if the fit leaves more, there is another fault
+LEAST_SHARE = 1e-2  # of the largest effort, as which the efforts of a weak drive count
 
 
 def check_fit(
@@ -32,9 +33,9 @@ def check_fit(
 
     Args:
         runs: runs with measured efforts; the first one may carry the load.
-        equations: those of the runs.
+        equations: equations of each run.
         blocks: their means.
-        unknowns: the unknowns.
+        unknowns: the unknowns, with their deviations.
     """
     for run, equation, means in zip(runs, equations, blocks, strict=True):
         _check_units(run, equation)
@@ -42,14 +43,14 @@ def check_fit(
 
 
 def _check_units(run: MeasuredRun, equation: Equations) -> None:
+    """Raise SensorError if a cylinder's efforts are far below those of the model without load."""
     measured = np.sqrt(np.mean(run.efforts**2, axis=0))
     required = np.sqrt(np.mean(equation.required**2, axis=0))
     for name, effort, needed in zip(run.drives, measured.tolist(), required.tolist(), strict=True):
         if name not in run.robot.cylinders or effort > FAINT * needed:
             continue
         ratio = max(effort / max(needed, 1e-300), 1e-300)
-        factors = list(UNITS)
-        nearest = min(factors, key=lambda factor: abs(np.log10(ratio / factor)))
+        nearest = min(UNITS, key=lambda factor: abs(np.log10(ratio / factor)))
         raise SensorError(
             f"{name}: its pressures or effort give {effort:.3g} N, where the model without load"
             f" needs {needed:.3g} N; they seem to be in {UNITS[nearest]}: name the unit, as"
@@ -62,7 +63,7 @@ def _check_chambers(run: MeasuredRun, blocks: Blocks, unknowns: Unknowns) -> Non
     names = [name for name in run.drives if name in run.exchanged]
     size = np.sqrt(np.mean(run.efforts**2, axis=0))
     noise = COARSE * np.maximum(size, 1e-3 * size.max()) + 1e-12
-    changes = {}
+    changes = {}  # (B,) of the target by cylinder
     for name in names:
         k = run.drives.index(name)
         changes[name] = blocks.means(run.exchanged[name] - run.efforts[:, k])
@@ -76,10 +77,11 @@ def _check_chambers(run: MeasuredRun, blocks: Blocks, unknowns: Unknowns) -> Non
     as_given = cost(())
     if as_given < blocks.target.size * GOOD_FIT:
         return
-    counts = range(1, len(names) + 1)
-    chosen = chain.from_iterable(combinations(names, count) for count in counts)
-    costs = {names: cost(names) for names in chosen}
-    best = min(costs, key=lambda names: costs[names], default=())
+    costs: dict[tuple[str, ...], float] = {}
+    for count in range(1, len(names) + 1):
+        for exchanged in combinations(names, count):
+            costs[exchanged] = cost(exchanged)
+    best = min(costs, key=lambda exchanged: costs[exchanged], default=())
     if best and costs[best] < BETTER * as_given:
         listed = ", ".join(best)
         raise SensorError(
@@ -89,6 +91,7 @@ def _check_chambers(run: MeasuredRun, blocks: Blocks, unknowns: Unknowns) -> Non
 
 
 def _system(matrix: Array, target: Array, unknowns: Unknowns, noise: Array) -> System:
+    """The system of one run (B, k, p), (B, k) with a noise (k,); all unknowns are expected zero."""
     mean = np.zeros(len(unknowns.deviation))
     run = np.zeros(len(target))
     return System(matrix, target, mean, unknowns.deviation, noise, run)
@@ -101,14 +104,15 @@ def check_result(
 
     Args:
         run: the run with the load.
-        noise: (k,) what the fit leaves of each effort.
-        mass: [kg].
+        noise: (k,) what the fit leaves of each effort [N m, N].
+        mass: estimated mass [kg].
         deviation: its standard deviation [kg].
-        limit: deviations below zero that are no chance.
+        limit: how many deviations below zero are no chance.
     """
     size = np.sqrt(np.mean(run.efforts**2, axis=0))
-    worst = int(np.argmax(noise / np.maximum(size, 1e-2 * size.max())))
-    if noise[worst] > BAD * max(size[worst], 1e-2 * size.max()):
+    compared = np.maximum(size, LEAST_SHARE * size.max())
+    worst = int(np.argmax(noise / compared))
+    if noise[worst] > BAD * compared[worst]:
         raise SensorError(
             f"{run.drives[worst]}: no load explains its efforts: {noise[worst]:.3g} of"
             f" {size[worst]:.3g} are left; is a sensor stuck, or is this another machine than"

@@ -14,8 +14,9 @@ from ..robot.robot import Robot
 from .splines import spline_derivatives
 
 LEAST = 12  # samples of a motion
-STEPS = 20  # of Newton
-CLOSE = 1e-10  # [rad or m] at which it ends
+STEPS = 20  # of Newton's method
+CLOSE = 1e-10  # [rad, m] largest gap at which it ends
+MISSED = 1e-7  # [rad, m] gap above which a sample is closed by itself
 
 
 class ClosedMotion(NamedTuple):
@@ -33,8 +34,11 @@ def closed_motion(
     Args:
         robot: the robot.
         time: (N,) [s], ascending.
-        columns: recorded coordinates (N,) by name.
-        bandwidth: [Hz] of the motion.
+        columns: recorded coordinates (N,) by name [rad, m].
+        bandwidth: of the motion [Hz]; what is quicker is smoothed.
+
+    Returns:
+        The states with accelerations (N, n) [rad/s^2, m/s^2].
 
     Raises:
         InputError: the samples are too few, or do not determine the motion.
@@ -58,7 +62,10 @@ def closed_motion(
 
 
 def _independent(robot: Robot, columns: Mapping[str, Array]) -> tuple[str, ...]:
-    """The coordinates to take: active ones where they are there, then others, in order."""
+    """Names of n coordinates that determine the motion.
+
+    They are the active ones if all are recorded, and else the first independent ones.
+    """
     n = len(robot.active)
     if all(name in columns for name in robot.active):
         return robot.active
@@ -67,7 +74,8 @@ def _independent(robot: Robot, columns: Mapping[str, Array]) -> tuple[str, ...]:
     for name in sorted(columns, key=robot.coordinates.index):
         rows = [robot.coordinates.index(other) for other in (*chosen, name)]
         sizes = np.linalg.norm(R[rows], axis=1, keepdims=True)
-        if np.linalg.matrix_rank(R[rows] / np.maximum(sizes, 1e-12), tol=1e-6) == len(rows):
+        unit = R[rows] / np.maximum(sizes, 1e-12)
+        if np.linalg.matrix_rank(unit, tol=1e-6) == len(rows):
             chosen.append(name)
     if len(chosen) < n:
         given = ", ".join(chosen) or "no coordinate"
@@ -79,7 +87,14 @@ def _independent(robot: Robot, columns: Mapping[str, Array]) -> tuple[str, ...]:
 
 
 def _active_of(robot: Robot, rows: list[int], names: tuple[str, ...], values: Array) -> Array:
-    """Active coordinates (N, n) at given values (N, n) of other coordinates, by Newton's method."""
+    """Active coordinates (N, n) at given values of others, by Newton's method.
+
+    Args:
+        robot: the robot.
+        rows: indices of the n given coordinates.
+        names: their names.
+        values: (N, n) their values [rad, m].
+    """
     first = robot.close_given(dict(zip(names, values[0].tolist(), strict=True)))
     lower, upper = robot.limits.T
     u = np.tile(first.u, (len(values), 1))
@@ -90,10 +105,12 @@ def _active_of(robot: Robot, rows: list[int], names: tuple[str, ...], values: Ar
         if np.abs(gap).max() < CLOSE:
             break
         with np.errstate(all="ignore"):
-            u = np.clip(u + np.linalg.solve(state.R[:, rows], gap[..., None])[..., 0], lower, upper)
-    missed = np.flatnonzero(~(np.abs(gap).max(axis=1) < 1e3 * CLOSE))
+            step = np.linalg.solve(state.R[:, rows], gap[..., None])[..., 0]
+            u = np.clip(u + step, lower, upper)
+    missed = np.flatnonzero(~(np.abs(gap).max(axis=1) < MISSED))
     near = first
     for k in missed.tolist():
-        near = robot.close_given(dict(zip(names, values[k].tolist(), strict=True)), near=near)
+        given = dict(zip(names, values[k].tolist(), strict=True))
+        near = robot.close_given(given, near=near)
         u[k] = near.u
     return u

@@ -1,9 +1,9 @@
 """Weighing: the mass of a load at the tool from measured efforts or pressures.
 
-Efforts are linear in the load's mass and first moment, and in what the model does not know exactly:
-masses of links, friction, offsets and scales of sensors. All are estimated together, each with what
-is known before, so the interval contains what they leave open. A run of the empty tool shows them
-without the load: what it shares with the weighing cancels.
+Efforts are linear in the load's mass and first moment. They are also linear in what the model does
+not know exactly: masses of links, friction, offsets and scales of sensors. All are estimated
+together, each with what is known before. So the interval contains what they leave open. A run of
+the empty tool has the same errors without the load: what both runs share cancels.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arguments import require_type
 from ..ground.check_arrays import real_array
-from .equations import Modelling, standstill_columns
+from .equations import Blocks, Equations, Modelling, standstill_columns
 from .fit import Fit, System, fitted, unfitting
 from .misfit import check_fit, check_result
 from .plateau import loaded_blocks
@@ -28,12 +28,15 @@ from .run import MeasuredRun
 from .tolerances import Tolerances
 from .unknowns import SHARE_OF_REACH, Unknowns, load_deviations
 
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  # probability that the mass lies in its interval
 ROUNDS = 3  # fits, each with the centre of mass of the one before
-GOOD = 0.02  # half an interval over the mass of load and tool
-FAIR = 0.06
-LEAST_BLOCKS = 6  # of a motion
+GOOD = 0.02  # largest half interval over the mass of load and tool
+FAIR = 0.06  # likewise
+LEAST_BLOCKS = 6  # that stay when those that do not fit are left out
 IMPOSSIBLE = 5.0  # deviations below zero that are no chance
+LEAST_TOOL = 1e-6  # [kg] as which a tool without mass counts
+LEAST_LOAD = 0.05  # share of the tool's mass, as which a smaller load counts for its moments
+OF_MOMENTS = 0.1  # share of the second moments before: those of a point mass are nearly right
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,17 +44,17 @@ class PayloadEstimate:
     """The load at the tool.
 
     Attributes:
-        mass: [kg].
+        mass: estimated mass [kg].
         interval: (low, high) where the mass lies with 95 % confidence [kg].
         deviation: standard deviation of the mass [kg].
         com: (3,) centre of mass in the frame [m]; NaN along axes that the motion does not show.
         com_deviation: (3,) its standard deviation [m].
-        quality: "good", "fair" or "poor": half the interval is up to 2 %, up to 6 % or more of the
-            mass of load and tool.
-        friction: Coulomb friction [N m, N] by drive, as found.
+        quality: "good" if half the interval is up to 2 % of the mass of load and tool together,
+            "fair" up to 6 %, "poor" otherwise.
+        friction: estimated Coulomb friction by drive [N m, N].
         used: share of the samples that show the load.
         span: first and last time that shows the load [s]; (nan, nan) without times.
-        noise: what the fit leaves of each drive's effort over a block, by drive [N m, N].
+        noise: mean effort over a block that the fit leaves, by drive [N m, N].
         frame: name of the frame that carries the load.
     """
 
@@ -78,13 +81,13 @@ def estimate_payload(
 ) -> PayloadEstimate:
     """Weigh the load at a frame.
 
-    Where the run is longer than the load is carried, as a whole cycle of digging is, the part with
+    A run may be longer than the load is carried, as a whole cycle of digging is. Then the part with
     the greatest load that stays the same is weighed.
 
     Args:
         run: the run with the load: a motion, or poses at rest.
-        empty: a run of the same machine without the load. It shows what links, friction and sensors
-            are off by.
+        empty: a run of the same machine without the load. It shows the errors of links, friction
+            and sensors.
         frame: name of the frame or link that carries the load; the end effector if None.
         loads: loads besides the actuators and this one; `robot.loads` if None.
         tolerances: how wrong the model may be.
@@ -94,8 +97,8 @@ def estimate_payload(
         Mass and interval.
 
     Raises:
-        SensorError: an InputError: chambers are exchanged, a unit is wrong, a sensor is stuck, or
-            the efforts fit no load.
+        SensorError: chambers are exchanged, a unit is wrong, a sensor is stuck, or the efforts fit
+            no load. It is an InputError.
         InputError: the runs are of different robots or drives, or a name is unknown.
     """
     require_type("run", run, MeasuredRun, "MeasuredRun.from_samples(...)")
@@ -112,7 +115,7 @@ def estimate_payload(
 
 
 def _matching(empty: MeasuredRun, run: MeasuredRun) -> MeasuredRun:
-    """The empty run, with the drives of the run; raises InputError."""
+    """The empty run with the drives of the other one; raises InputError if it lacks some."""
     if empty.robot.description is not run.robot.description and empty.robot.name != run.robot.name:
         raise InputError(f"empty is a run of {empty.robot.name}, the other of {run.robot.name}")
     missing = [name for name in run.drives if name not in empty.drives]
@@ -124,7 +127,20 @@ def _matching(empty: MeasuredRun, run: MeasuredRun) -> MeasuredRun:
 
 
 class _Weighing:
-    """The fit of one load."""
+    """The fit of one load.
+
+    Attributes:
+        runs: the run with the load, then perhaps the empty one; samples that have all efforts.
+        frame: name of the frame that carries the load.
+        limits: tolerances of the model.
+        modelling: makes the equations.
+        com: centre of mass (3,) of the load in the frame [m], if it is given.
+        reach: deviation of the centre of mass along each axis [m].
+        tool_mass: mass of the link that carries the load [kg].
+        size: (k,) mean effort of each drive [N m, N].
+        equations: equations of each run.
+        blocks: their means.
+    """
 
     def __init__(
         self,
@@ -145,31 +161,31 @@ class _Weighing:
         self.tool_mass = link.mass
         efforts = np.concatenate([run.efforts for run in self.runs])
         self.size = np.sqrt(np.mean(efforts**2, axis=0))
-        self.equations = [
-            self.modelling.equations(one, loaded=k == 0) for k, one in enumerate(self.runs)
-        ]
-        self.blocks = [
-            equation.blocks(one.time)
-            for equation, one in zip(self.equations, self.runs, strict=True)
-        ]
+        self.equations: list[Equations] = []
+        self.blocks: list[Blocks] = []
+        for k, one in enumerate(self.runs):
+            equations = self.modelling.equations(one, loaded=k == 0)
+            self.equations.append(equations)
+            self.blocks.append(equations.blocks(one.time))
 
     def estimate(self) -> PayloadEstimate:
-        """The load."""
-        unknowns = self._unknowns(max(self.tool_mass, 1e-6))
+        """The load, after checks of the sensors."""
+        unknowns = self._unknowns(max(self.tool_mass, LEAST_TOOL))
         check_fit(self.runs, self.equations, self.blocks, unknowns)
         system = self._system(unknowns, np.zeros(INERTIAL))
         is_loaded = loaded_blocks(system, len(self.blocks[0].target), self.size)
         return self._weighed(system, is_loaded)
 
     def _weighed(self, system: System, rows: np.ndarray) -> PayloadEstimate:
-        """The load from some of the blocks."""
+        """The load from the blocks of a mask (B,)."""
         part = system.only(rows)
         fit = fitted(part)
         for _ in range(ROUNDS):
             outlying = unfitting(part, fit)
             if outlying.any() and (~outlying).sum() > LEAST_BLOCKS:
+                chosen = np.flatnonzero(rows)
                 rows = rows.copy()
-                rows[np.flatnonzero(rows)[outlying]] = False
+                rows[chosen[outlying]] = False
             mean, deviation = self._around(fit)
             unknowns = self._unknowns_with(deviation)
             system = self._system(unknowns, mean)
@@ -178,104 +194,133 @@ class _Weighing:
         return self._result(fit, rows)
 
     def _around(self, fit: Fit) -> tuple[Array, Array]:
-        """Expected parameters (10,) of the load, with deviations, by the fit before."""
-        mass = max(float(fit.values[0]), 0.05 * max(self.tool_mass, 1e-6))
+        """Expected parameters (10,) of the load, and deviations (10,), by the fit before.
+
+        The second moments are those of a point mass.
+        """
+        least = LEAST_LOAD * max(self.tool_mass, LEAST_TOOL)
+        mass = max(float(fit.values[0]), least)
         deviation = load_deviations(mass, self.reach)
         com = np.clip(fit.values[1:4] / mass, -self.reach, self.reach)
         if self.com is not None:
             com = self.com
-        moments = mass * (float(com @ com) * np.eye(3) - np.outer(com, com))
+        square = float(com @ com)
+        moments = mass * (square * np.eye(3) - np.outer(com, com))
         mean = np.zeros(INERTIAL)
         mean[4:] = moments[np.triu_indices(3)]
-        deviation[4:] = 0.1 * deviation[4:]
+        deviation[4:] = OF_MOMENTS * deviation[4:]
         return mean, deviation
 
     def _unknowns(self, mass: float) -> Unknowns:
+        """The unknowns with a load of about a mass [kg]."""
         return self._unknowns_with(load_deviations(mass, self.reach))
 
     def _unknowns_with(self, load: Array) -> Unknowns:
+        """The unknowns with deviations (10,) of the load."""
         return self.modelling.unknowns(self.runs, load)
 
     def _system(self, unknowns: Unknowns, load: Array) -> System:
-        """Blocks of all runs, with a friction for each rest."""
+        """Blocks of all runs, with a friction for each stretch in which a drive rests.
+
+        Args:
+            unknowns: the p unknowns without these frictions.
+            load: (10,) expected parameters of the load [kg, kg m, kg m^2].
+        """
         friction = self.modelling.holding_friction(unknowns)
-        p = len(unknowns.deviation)
         rests = [standstill_columns(blocks, friction) for blocks in self.blocks]
-        width = p + sum(len(deviations) for _, deviations in rests)
+        deviation = np.concatenate([unknowns.deviation, *[one for _, one in rests]])
+        width = len(deviation)
+        p = start = len(unknowns.deviation)
         matrices: list[Array] = []
-        start = p
-        for blocks, (columns, deviations) in zip(self.blocks, rests, strict=True):
-            matrix = np.zeros((*blocks.target.shape, width))
-            matrix[..., :p] = blocks.matrix
-            matrix[..., start : start + len(deviations)] = columns
-            start += len(deviations)
-            matrices.append(matrix)
-        deviation = np.concatenate([unknowns.deviation, *(one for _, one in rests)])
+        runs: list[Array] = []
+        for k, blocks in enumerate(self.blocks):
+            columns, _ = rests[k]
+            end = start + columns.shape[2]
+            part = np.zeros((*blocks.target.shape, width))
+            part[..., :p] = blocks.matrix
+            part[..., start:end] = columns
+            matrices.append(part)
+            runs.append(np.full(len(part), float(k)))
+            start = end
         mean = np.zeros(width)
         mean[:INERTIAL] = load
         matrix = np.concatenate(matrices)
         if self.com is not None:
-            # the first moment is that of the mass: one column for both
+            # the first moment is mass times com: one column for both
             matrix[..., 0] += matrix[..., 1:4] @ self.com
             deviation[1:4] = 0.0
-        run = np.concatenate([np.full(len(one.target), k) for k, one in enumerate(self.blocks)])
         target = np.concatenate([blocks.target for blocks in self.blocks])
-        return System(matrix, target, mean, deviation, self._floor(), run)
+        return System(
+            matrix=matrix,
+            target=target,
+            mean=mean,
+            deviation=deviation,
+            floor=self._floor(),
+            run=np.concatenate(runs),
+        )
 
     def _floor(self) -> Array:
-        """Expected noise (k,) of a block."""
-        size = self.size
+        """Expected noise (k,) of a block [N m, N]."""
         samples = np.median(np.concatenate([blocks.samples for blocks in self.blocks]))
-        least = 1e-6 * float(size.max())
-        return np.asarray(np.maximum(self.limits.noise * size / np.sqrt(samples), least))
+        noise = self.limits.noise * self.size / np.sqrt(samples)
+        least = 1e-6 * float(self.size.max())
+        return np.asarray(np.maximum(noise, least))
 
     def _result(self, fit: Fit, rows: np.ndarray) -> PayloadEstimate:
+        """The estimate from a fit to the blocks of a mask (B,); raises SensorError."""
         mass = float(fit.values[0])
         deviation = float(np.sqrt(fit.covariance[0, 0]))
         check_result(self.runs[0], fit.noise, mass, deviation, IMPOSSIBLE)
-        reach = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, fit.free)) * deviation
+        quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, fit.free))
+        half_interval = quantile * deviation
         com, com_deviation = _centre(fit, self.reach)
         if self.com is not None:
             com, com_deviation = self.com, np.zeros(3)
-        used = rows[: len(self.blocks[0].target)]
+        samples = self.blocks[0].samples
+        used = rows[: len(samples)]
         names = self.modelling.parameters.names
         friction = {}
         for drive in self.modelling.drives:
             k = names.index(f"{drive}.coulomb")
             friction[drive] = float(self.modelling.values[k] + fit.values[INERTIAL + k])
-        share = reach / max(abs(mass) + self.tool_mass, 1e-12)
-        quality = "poor"
-        if share <= FAIR:
-            quality = "fair"
-        if share <= GOOD:
-            quality = "good"
+        share = half_interval / max(abs(mass) + self.tool_mass, 1e-12)
         return PayloadEstimate(
             mass=mass,
-            interval=(mass - reach, mass + reach),
+            interval=(mass - half_interval, mass + half_interval),
             deviation=deviation,
             com=com,
             com_deviation=com_deviation,
-            quality=quality,
+            quality=_quality(share),
             friction=friction,
-            used=float(self.blocks[0].samples[used].sum() / self.blocks[0].samples.sum()),
+            used=float(samples[used].sum() / samples.sum()),
             span=self._span(used),
             noise=dict(zip(self.modelling.drives, fit.noise.tolist(), strict=True)),
             frame=self.frame,
         )
 
     def _span(self, used: np.ndarray) -> tuple[float, float]:
+        """First and last time of the blocks of a mask [s]; (nan, nan) without times."""
         time = self.runs[0].time
         if time is None:
             return np.nan, np.nan
         first = self.blocks[0].start.astype(int)
-        after = np.append(first[1:], len(time)) - 1
-        return float(time[first[used][0]]), float(time[after[used][-1]])
+        last = np.append(first[1:], len(time)) - 1
+        return float(time[first[used][0]]), float(time[last[used][-1]])
 
     def _distance(self) -> float:
         """Largest distance of the frame from the base [m]."""
         robot = self.runs[0].robot
         position = robot.forward_kinematics(self.runs[0].state, self.frame).position
         return float(np.linalg.norm(position, axis=-1).max())
+
+
+def _quality(share: float) -> str:
+    """The quality by half the interval, as a share of the mass of load and tool."""
+    if share <= GOOD:
+        return "good"
+    if share <= FAIR:
+        return "fair"
+    return "poor"
 
 
 def _complete(run: MeasuredRun) -> MeasuredRun:
@@ -289,6 +334,7 @@ def _complete(run: MeasuredRun) -> MeasuredRun:
 
 
 def _place(com: ArrayLike) -> Array:
+    """A centre of mass (3,) [m]; raises InputError."""
     values = real_array("com", com)
     if values.shape != (3,) or not np.isfinite(values).all():
         raise InputError(f"com has shape {values.shape}; expected 3 finite numbers")
@@ -296,11 +342,17 @@ def _place(com: ArrayLike) -> Array:
 
 
 def _centre(fit: Fit, reach: float) -> tuple[Array, Array]:
-    """Centre of mass (3,) with deviation; NaN where the measurement says little."""
+    """Centre of mass (3,) with its deviation (3,) [m]; NaN where the measurement says little.
+
+    Args:
+        fit: the fit.
+        reach: deviation of the centre of mass before the measurement [m].
+    """
     mass = float(fit.values[0])
     if mass <= 0.0:
         return np.full(3, np.nan), np.full(3, np.nan)
     com = fit.values[1:4] / mass
+    # of com = first moment / mass, by mass and first moment
     gradient = np.concatenate([-com[:, None], np.eye(3)], axis=1) / mass
     variance = np.einsum("ij,jk,ik->i", gradient, fit.covariance[:4, :4], gradient)
     deviation = np.sqrt(variance)

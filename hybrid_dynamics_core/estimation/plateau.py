@@ -12,24 +12,26 @@ from ..ground.arrays import Array
 from .fit import System, fitted, solved
 
 Mask = NDArray[np.bool_]
-TOLERANCE = 0.015  # of a drive's mean effort: standard deviation of a block with the same load
+TOLERANCE = 0.015  # deviation of a block with the same load, as a share of the mean effort
 WIDE = 3.0  # deviations within which a block carries the same load
-SHARE = 0.9  # of the blocks, above which all carry it
+SHARE = 0.9  # of the blocks: if more carry the same load, all do
 SEED = 4  # blocks that a search starts from
 STRIDE = 2  # blocks from one start to the next
 ROUNDS = 4  # fits of one search
 GAP = 2  # blocks that may be left out within a load
+LEAST_MASS = 1e-4  # share of the mass's deviation, as which an empty stretch counts
 
 
 def loaded_blocks(system: System, count: int, size: Array) -> Mask:
     """Blocks that carry the greatest load that stays the same, and all of the empty run.
 
-    The search starts at short stretches. Each grows by the blocks that fit its load.
+    The search starts at short stretches. Each grows by the blocks that fit its load. The greatest
+    is that with the largest product of mass and number of blocks.
 
     Args:
         system: all blocks; the first `count` are those of the run with the load.
         count: number of its blocks.
-        size: (k,) mean effort of each drive.
+        size: (k,) mean effort of each drive [N m, N].
 
     Returns:
         Mask (B,).
@@ -41,9 +43,9 @@ def loaded_blocks(system: System, count: int, size: Array) -> Mask:
     noise = np.maximum(TOLERANCE * size, system.floor)
     best = np.zeros(count, dtype=bool)
     greatest = -np.inf
+    least = float(system.deviation[0]) * LEAST_MASS
     for start in range(0, count - SEED + 1, STRIDE):
         members, mass = _grown(part, noise, start)
-        least = float(system.deviation[0]) * 1e-4
         weight = members.sum() * max(mass, least)
         if members.sum() >= SEED and weight > greatest:
             greatest, best = weight, members
@@ -53,7 +55,13 @@ def loaded_blocks(system: System, count: int, size: Array) -> Mask:
 
 
 def _grown(part: System, noise: Array, start: int) -> tuple[Mask, float]:
-    """Blocks that carry the load of a short stretch, and its mass [kg]."""
+    """Blocks that carry the load of a short stretch, and its mass [kg].
+
+    Args:
+        part: blocks of the run with the load.
+        noise: (k,) standard deviation of a block with the same load [N m, N].
+        start: first block of the stretch.
+    """
     count = len(part.target)
     members = np.zeros(count, dtype=bool)
     members[start : start + SEED] = True
@@ -73,20 +81,27 @@ def _grown(part: System, noise: Array, start: int) -> tuple[Mask, float]:
 
 
 def _around(mask: Mask, middle: int) -> Mask:
-    """The stretch about a block, in which only short gaps are left out."""
+    """The blocks of a mask (B,) around a middle one, up to a gap that is too long."""
     result = np.zeros_like(mask)
     for step in (-1, 1):
         gap = 0
         k = middle
         while 0 <= k < len(mask) and gap <= GAP:
             result[k] = mask[k]
-            gap = 0 if mask[k] else gap + 1
+            gap += 1
+            if mask[k]:
+                gap = 0
             k += step
     return result
 
 
 def _without_offsets(system: System, count: int) -> System:
-    """The blocks of the first run, less what an empty run shows that the model is off by."""
+    """The blocks of the first run, less the errors of the model that an empty run shows.
+
+    Args:
+        system: blocks of all runs; the first `count` are those of the first run.
+        count: number of its blocks.
+    """
     first = np.zeros(len(system.target), dtype=bool)
     first[:count] = True
     part = system.only(first)
@@ -97,4 +112,5 @@ def _without_offsets(system: System, count: int) -> System:
     shown[:INERTIAL] = 0.0
     deviation = np.minimum(part.deviation, np.sqrt(np.diagonal(fit.covariance)))
     deviation[:INERTIAL] = part.deviation[:INERTIAL]
-    return replace(part, target=part.target - part.matrix @ shown, deviation=deviation)
+    target = part.target - part.matrix @ shown
+    return replace(part, target=target, deviation=deviation)

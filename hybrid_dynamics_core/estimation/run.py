@@ -36,7 +36,7 @@ class MeasuredRun:
         efforts: (N, k) measured efforts of `drives` [N m, N]; NaN where a sample has none.
         drives: the k drives with efforts.
         time: (N,) [s]; None for poses that are no motion.
-        exchanged: efforts (N,) of each cylinder if its pressures were those of the other chambers.
+        exchanged: efforts (N,) by cylinder if cap and rod pressures were exchanged [N].
     """
 
     robot: Robot
@@ -61,7 +61,7 @@ class MeasuredRun:
         Args:
             robot: the model, or its description.
             state: closed state, or a batch of N.
-            ddu: active accelerations (n,) or (N, n); None for zero.
+            ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2]; None for zero.
             efforts: measured effort [N m, N] by drive, each a number or (N,).
             pressures: pressures [Pa] on cap and rod side by cylinder, each a number or (N,).
 
@@ -71,16 +71,16 @@ class MeasuredRun:
         robot = robot_of(robot)
         require_type("state", state, ClosedState, "robot.close(u, du)")
         rows = -1 if state.u.ndim == 1 else len(state.u)
-        zero = np.zeros_like(state.u)
-        given = finite_vectors("ddu", zero if ddu is None else ddu, robot.active, rows)
+        if ddu is None:
+            ddu = np.zeros_like(state.u)
+        accelerations = finite_vectors("ddu", ddu, robot.active, rows)
         if rows < 0:
             state = ClosedState.joined([state])
-            given = given[None]
-        count = len(state.u)
-        measured, exchanged = _measured(robot, count, efforts, pressures)
+            accelerations = accelerations[None]
+        measured, exchanged = _measured(robot, len(state.u), efforts, pressures)
         drives = tuple(measured)
-        columns = np.stack(list(measured.values()), axis=1)
-        return cls(robot, state, given, columns, drives, None, exchanged)
+        table = np.stack(list(measured.values()), axis=1)
+        return cls(robot, state, accelerations, table, drives, None, exchanged)
 
     @classmethod
     def from_samples(
@@ -97,13 +97,13 @@ class MeasuredRun:
         Args:
             robot: the model, or its description.
             time: (N,) [s], rising.
-            positions: coordinates (N,) [rad, m] by name, of any n that determine the other ones.
+            positions: coordinates (N,) [rad, m] by name; any n that determine the others will do.
             efforts: measured effort (N,) [N m, N] by drive.
             pressures: pressures (N,) [Pa] on cap and rod side by cylinder.
-            bandwidth: [Hz] of the motion; what is quicker is smoothed.
+            bandwidth: of the motion [Hz]; what is quicker is smoothed.
 
         Raises:
-            SensorError: an InputError: the clock jumps, a sensor is stuck, a unit is wrong.
+            SensorError: the clock jumps, a sensor is stuck, a unit is wrong. It is an InputError.
             InputError: a name is unknown, a shape is wrong, or a value is not finite.
         """
         robot = robot_of(robot)
@@ -124,11 +124,17 @@ class MeasuredRun:
         return cls(robot, motion.state, motion.ddu, table, drives, stamps, exchanged)
 
     def rows(self, rows: Rows | slice) -> MeasuredRun:
-        """A part of the run."""
-        time = None if self.time is None else self.time[rows]
+        """The run of some samples, by their indices or a slice."""
         exchanged = {name: values[rows] for name, values in self.exchanged.items()}
-        parts = (self.state.rows(rows), self.ddu[rows], self.efforts[rows])
-        return MeasuredRun(self.robot, *parts, self.drives, time, MappingProxyType(exchanged))
+        return MeasuredRun(
+            robot=self.robot,
+            state=self.state.rows(rows),
+            ddu=self.ddu[rows],
+            efforts=self.efforts[rows],
+            drives=self.drives,
+            time=None if self.time is None else self.time[rows],
+            exchanged=MappingProxyType(exchanged),
+        )
 
 
 def _measured(
@@ -137,7 +143,7 @@ def _measured(
     efforts: Mapping[str, ArrayLike] | None,
     pressures: Pressures | None,
 ) -> tuple[dict[str, Array], Mapping[str, Array]]:
-    """Efforts (N,) by drive, and those with exchanged chambers by cylinder."""
+    """Efforts (N,) by drive, and by cylinder those with exchanged chambers [N m, N]."""
     measured: dict[str, Array] = {}
     exchanged: dict[str, Array] = {}
     for name, values in mapping_of("efforts", efforts).items():
@@ -161,7 +167,7 @@ def _measured(
 
 
 def _sides(cylinder: str, pair: object, count: int) -> dict[str, Array]:
-    """Pressures (N,) of cap and rod side, by the name of the sensor."""
+    """Pressures (N,) of cap and rod side, by the name of the sensor [Pa]."""
     if not isinstance(pair, tuple | list) or len(pair) != 2:
         raise InputError(f"pressures: {cylinder}: expected (cap_pressure, rod_pressure)")
     names = (f"{cylinder}.cap_pressure", f"{cylinder}.rod_pressure")
@@ -176,14 +182,16 @@ def _check_changing(
         return
     tau = robot.inverse_dynamics(motion.state, motion.ddu)
     forces = robot.drive_forces(motion.state, tau)
+    zero = np.zeros(len(time))
     for cylinder, pair in pressures.items():
         sides = _sides(cylinder, pair, len(time))
         idle = robot.cylinders[cylinder].return_pressure
-        check_changing(time, sides, idle, forces.get(cylinder, np.zeros(len(time))))
+        required = forces.get(cylinder, zero)
+        check_changing(time, sides, idle, required)
 
 
 def _column(name: str, values: ArrayLike, count: int) -> Array:
-    """Finite values (N,) of a sensor."""
+    """Finite values (N,) of a sensor; a single number stands for all samples."""
     column = real_array(name, values)
     if column.ndim == 0:
         column = np.full(count, float(column))

@@ -12,17 +12,18 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..robot.robot import Robot
 
-LONG = 5.0  # median intervals
-LOST = 0.1  # [s] of samples that may be lost beyond that
-STUCK = 1.0  # [s] without any change
-LEAST = 20  # samples without any change
+LONG = 5.0  # median intervals between samples, beyond which some are lost
+LOST = 0.1  # [s] for which samples may be lost
+STUCK = 1.0  # [s] without any change that are no chance
+LEAST = 20  # samples without any change that are no chance
 REPEATED = 0.2  # share of samples that repeat the one before, above which a sensor is coarse
 ALTERNATING = -0.3  # correlation of neighbouring second differences; -2/3 for white noise
 HIGHEST = 1e8  # [Pa] above any hydraulic system
 VACUUM = -2e5  # [Pa] gauge, below any vacuum
-SLACK = 1.5  # pressures over the supply pressure: peaks at stops
-ABRUPT = 5.0  # times the usual change of a rate
-CHANGE = 0.05  # of a force, during which no chamber keeps its pressure
+SLACK = 1.5  # times the supply pressure, up to which there are peaks at stops
+ABRUPT = 5.0  # times the usual change of a rate, which no motion exceeds
+USUAL = 0.98  # quantile of the changes of a rate that is usual
+CHANGE = 0.05  # share of the largest force: no chamber keeps its pressure while it changes more
 INFLUENCE = 1e-6  # share of an effort by which a coordinate has to change it
 
 
@@ -31,7 +32,7 @@ class SensorError(InputError):
 
 
 def check_clock(time: Array) -> Array:
-    """The times (N,) [s], if they rise evenly enough.
+    """The times (N,) [s], if they rise and no long part is missing.
 
     Raises:
         SensorError: the clock goes back, stands still or jumps ahead.
@@ -61,7 +62,7 @@ def check_clock(time: Array) -> Array:
 
 
 def check_pressures(cylinder: HydraulicCylinder, cap: Array, rod: Array) -> None:
-    """Raise SensorError for pressures that no cylinder has."""
+    """Raise SensorError for pressures (N,) [Pa] that a cylinder cannot have."""
     highest = min(HIGHEST, SLACK * cylinder.supply_pressure)
     for side, values in (("cap", cap), ("rod", rod)):
         name = f"{cylinder.joint}.{side}_pressure"
@@ -80,8 +81,14 @@ def check_moving(
 ) -> None:
     """Raise SensorError for a coordinate that stays the same to the last bit.
 
-    Where other sensors are noisy, one without any noise is stuck, and so is one that stops at once.
-    Coordinates that change no effort, as slewing on level ground, may be constant.
+    Where other sensors are noisy, one without any noise is stuck. One that stops abruptly is stuck
+    too. Coordinates that change no effort, as slewing on level ground, may be constant.
+
+    Args:
+        robot: the robot.
+        time: (N,) [s].
+        columns: recorded coordinates (N,) by name [rad, m].
+        state: closed states, a batch of N.
     """
     for name, start, end in _repeats(time, columns):
         if _matters(robot, state, name):
@@ -100,20 +107,20 @@ def check_changing(
         required: (N,) force that the model needs [N].
     """
     size = float(np.abs(required).max())
-    noisy = [name for name, _, _ in _repeats(time, pressures)]
+    suspects = [name for name, _, _ in _repeats(time, pressures)]
     for name, values in pressures.items():
         start, end = longest_repeat(values)
         if not is_long(time, start, end) or values[start] in {0.0, idle}:
             continue
         change = float(np.ptp(required[start : end + 1]))
-        if name in noisy or change > CHANGE * size:
+        if name in suspects or change > CHANGE * size:
             raise stuck(name, time, values, start, end)
 
 
 def _repeats(time: Array, columns: Mapping[str, Array]) -> Iterator[tuple[str, int, int]]:
-    """Columns that repeat for long although they are no joints at rest, with first and last sample.
+    """Columns that stay the same for long, as no joint at rest does, with first and last sample.
 
-    Another one is noisy meanwhile, or they stop at once.
+    Either another column is noisy meanwhile, or the column itself stops abruptly.
     """
     for name, values in columns.items():
         start, end = longest_repeat(values)
@@ -125,32 +132,37 @@ def _repeats(time: Array, columns: Mapping[str, Array]) -> Iterator[tuple[str, i
 
 
 def _is_coarse(values: Array, start: int, end: int) -> bool:
-    """Whether values repeat often outside of a stretch too, as those of a coarse sensor do."""
+    """Whether values (N,) repeat often outside of a stretch too, as those of a coarse sensor do."""
     outside = np.concatenate([np.diff(values[: start + 1]), np.diff(values[end:])])
     return len(outside) > LEAST and bool(np.mean(outside == 0.0) > REPEATED)
 
 
 def is_abrupt(values: Array, start: int, end: int) -> bool:
-    """Whether values (N,) stop or go on at once, as no motion does."""
+    """Whether values (N,) stop or go on more abruptly than a motion does."""
     second = np.abs(np.diff(values, 2))
     ends = [k for k in (start - 1, end - 1) if 0 < k < len(second) - 1]
-    others = np.delete(second, [k + shift for k in ends for shift in (-1, 0, 1)])
+    near: list[int] = []
+    for k in ends:
+        near += [k - 1, k, k + 1]
+    others = np.delete(second, near)
     if not ends or len(others) < LEAST:
         return False
-    return bool(second[ends].max() > ABRUPT * np.quantile(others, 0.98) > 0.0)
+    largest = ABRUPT * float(np.quantile(others, USUAL))
+    return largest > 0.0 and bool(second[ends].max() > largest)
 
 
 def is_noisy(values: Array) -> bool:
-    """Whether neighbours scatter: second differences of white noise alternate."""
+    """Whether neighbours in values (N,) scatter: second differences of white noise alternate."""
     if np.mean(np.diff(values) == 0.0) > REPEATED:
         return False
     second = np.diff(values, 2)
     squares = float(second @ second)
-    return squares > 0.0 and float(second[1:] @ second[:-1]) < ALTERNATING * squares
+    products = float(second[1:] @ second[:-1])
+    return squares > 0.0 and products < ALTERNATING * squares
 
 
 def stuck(name: str, time: Array, values: Array, start: int, end: int) -> SensorError:
-    """The error for a sensor that stays at a value from one sample to another."""
+    """The error for a sensor whose values (N,) stay the same from one sample to another."""
     return SensorError(
         f"{name} is {values[start]:.6g} to the last bit from {time[start]:g} s to {time[end]:g} s,"
         " while others move: the sensor seems stuck; weigh a part where it works"
@@ -174,11 +186,13 @@ def _matters(robot: Robot, state: ClosedState, name: str) -> bool:
     """Whether a coordinate changes the weight that the drives hold."""
     middle = state.rows(len(state.u) // 2)
     at_rest = robot.close(middle.u, near=middle)
-    d_u, _, _ = robot.inverse_dynamics_derivatives(at_rest, np.zeros_like(at_rest.u))
+    still = np.zeros_like(at_rest.u)
+    d_u, _, _ = robot.inverse_dynamics_derivatives(at_rest, still)
     row = at_rest.R[robot.coordinates.index(name)]
-    size = float(row @ row)
-    if not size:
+    square = float(row @ row)
+    if not square:
         return False
-    efforts = robot.inverse_dynamics(at_rest, np.zeros_like(at_rest.u))
-    change = d_u @ row / size
-    return bool(np.abs(change).max() > INFLUENCE * max(np.abs(efforts).max(), 1e-9))
+    efforts = robot.inverse_dynamics(at_rest, still)
+    change = d_u @ row / square  # for the shortest change of u that changes the coordinate by 1
+    largest = max(np.abs(efforts).max(), 1e-9)
+    return bool(np.abs(change).max() > INFLUENCE * largest)

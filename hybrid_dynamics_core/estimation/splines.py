@@ -19,12 +19,12 @@ def spline_derivatives(
 
     Args:
         time: (N,) [s], ascending.
-        values: (N, n).
-        bandwidth: [Hz].
+        values: (N, n) in any unit.
+        bandwidth: of the motion [Hz].
         orders: orders of the derivatives; 0 is the smoothed value.
 
     Returns:
-        (N, n) for each order.
+        Derivatives (N, n) for each order, in the unit of the values over s^order.
     """
     first, last = time[0], time[-1]
     interval = float(np.median(np.diff(time)))

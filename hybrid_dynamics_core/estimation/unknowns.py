@@ -17,7 +17,9 @@ from .tolerances import Tolerances
 
 LOAD = tuple(f"load.{component}" for component in COMPONENTS)
 SHARE_OF_REACH = 1.0 / 6.0  # default deviation of the load's centre of mass
-LEAST_SIZE = 1e-300
+LEAST_SIZE = 1e-300  # keeps divisions by zero finite
+OPEN_MASS = 100.0  # times the rough mass of a load: a deviation that leaves its mass open
+KINDS = (1, 3, 6)  # entries of a body: mass, first moment, inertia
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +28,7 @@ class Unknowns:
 
     Attributes:
         names: names of the p unknowns; the first ten are those of the load.
-        deviation: (p,) standard deviations; the means are zero, besides those of the load.
+        deviation: (p,) standard deviations. Their means are zero, but perhaps those of the load.
     """
 
     names: tuple[str, ...]
@@ -53,26 +55,31 @@ class LoadFrame:
 
 
 def _moved(rotation: Array, place: Array) -> Array:
-    """Ten inertial parameters about a frame as those about its link's origin, (10, 10)."""
-    columns = []
+    """The map (10, 10) of inertial parameters about a frame to those about its link's origin.
+
+    Args:
+        rotation: (3, 3) of the frame on its link.
+        place: origin (3,) of the frame in its link [m].
+    """
+    columns: list[Array] = []
     for unit in np.eye(INERTIAL):
         mass = float(unit[0])
         moment = rotation @ unit[1:4]
         about_frame = np.zeros((3, 3))
         about_frame[np.triu_indices(3)] = unit[4:]
         about_frame = about_frame + np.triu(about_frame, 1).T
-        # second moments about the origin: of the mass, of both mixed terms, of the frame's own
+        # what the place of the frame adds to second moments about the origin
         mixed = np.outer(place, moment) + np.outer(moment, place)
         moments = mass * np.outer(place, place) + mixed
         inertia = np.trace(moments) * np.eye(3) - moments
         inertia = inertia + rotation @ about_frame @ rotation.T
-        first = moment + mass * place
-        columns.append(np.concatenate([[mass], first, inertia[np.triu_indices(3)]]))
+        first_moment = moment + mass * place
+        columns.append(np.concatenate([[mass], first_moment, inertia[np.triu_indices(3)]]))
     return np.stack(columns, axis=1)
 
 
 def parameters_of(robot: Robot, drives: tuple[str, ...]) -> Parameters:
-    """The parameters whose effect on efforts counts: links, and joints with friction."""
+    """The parameters that are unknown: those of links, and friction of drives and of joints."""
     description = robot.description
     links = list(described_parameters(description).links)
     joints: list[str] = []
@@ -84,19 +91,20 @@ def parameters_of(robot: Robot, drives: tuple[str, ...]) -> Parameters:
 
 
 def link_deviations(parameters: Parameters, values: Array, share: float) -> Array:
-    """Deviations (10 links,) of the inertial parameters of links.
+    """Deviations (10 n_links,) of the inertial parameters of links [kg, kg m, kg m^2].
 
     Args:
-        parameters: the parameters.
+        parameters: names of the parameters.
         values: (p,) their values.
-        share: deviation of masses and first moments, as a share.
+        share: deviations of the parameters, as a share.
     """
     deviations: list[float] = []
     for k in range(0, parameters.inertial_size, INERTIAL):
-        body = np.abs(values[k : k + INERTIAL])
+        mass = float(np.abs(values[k]))
         moment = float(np.linalg.norm(values[k + 1 : k + 4]))
-        inertia = float(body[4:].max())
-        deviations += [share * body[0], *[share * moment] * 3, *[share * inertia] * 6]
+        inertia = float(np.abs(values[k + 4 : k + INERTIAL]).max())
+        sizes = share * np.array([mass, moment, inertia])
+        deviations += np.repeat(sizes, KINDS).tolist()
     return np.array(deviations)
 
 
@@ -107,16 +115,18 @@ def friction_deviations(
 
     Args:
         robot: the robot.
-        parameters: the parameters.
-        sizes: (k, 2) mean effort of each drive, and its mean rate.
+        parameters: names of the parameters.
+        sizes: (k, 2) mean effort of each drive [N m, N], and its mean rate [rad/s, m/s].
         drives: names of the k drives.
-        limits: tolerances.
+        limits: tolerances of the model.
+
+    Returns:
+        Deviations of Coulomb friction [N m, N] and of viscous friction [N m s/rad, N s/m].
     """
     deviations: list[float] = []
     for kind, joint in parameters.joints:
-        value = float(getattr(effects_of(robot.description, joint), kind))
-        deviation = limits.friction * value
         effect = effects_of(robot.description, joint)
+        deviation = limits.friction * float(getattr(effect, kind))
         if joint in drives and not effect.viscous and not effect.coulomb:
             effort, rate = sizes[drives.index(joint)]
             deviation = limits.unlisted_friction * effort
@@ -127,12 +137,12 @@ def friction_deviations(
 
 
 def load_deviations(scale: float, com: float) -> Array:
-    """Deviations (10,) of a load's parameters about its frame.
+    """Deviations (10,) of a load's parameters about its frame [kg, kg m, kg m^2].
 
     Args:
-        scale: mass [kg] of which the load may be many times; its own share is left open.
+        scale: rough mass of the load [kg]; the mass itself is left open.
         com: deviation of the centre of mass [m].
     """
     mass = max(scale, LEAST_SIZE)
     inertia = mass * com**2
-    return np.array([100.0 * mass, *[mass * com] * 3, *[inertia] * 6])
+    return np.repeat([OPEN_MASS * mass, mass * com, inertia], KINDS)

@@ -1,7 +1,7 @@
-"""The place at which a joint that closes a loop is compared, which no choice of frames changes.
+"""The place at which both ends of a closing joint are compared, whatever frames a file chose.
 
-A hinge has no point along its axis, and two welded links may be cut anywhere. So the place is taken
-from the axes of the neighbouring joints in the loop, where these say one.
+A hinge may be compared at any point of its axis, and two welded links may be cut anywhere. So the
+place is taken from the axes of the neighbouring joints in the loop, if they determine one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ...mechanism.tree import Body, Tree
 from .spatial import Chain, closure_chains
 
 Chains = tuple[Chain, Chain]
-# sine of the angle between axes that count as parallel, since numbers in files are rounded
+# sine of the angle up to which axes count as parallel, since numbers in files are rounded
 PARALLEL = 1e-6
 
 
@@ -27,15 +27,15 @@ class Line(NamedTuple):
     """Axis of a joint, or the centre of a ball joint, in the frame of a closure.
 
     Attributes:
-        point: a point of it (3,) [m].
-        direction: unit vector along it (3,); zero for a centre.
+        point: a point (3,) of the axis, or the centre [m].
+        direction: unit vector (3,) along the axis; zero for a centre.
     """
 
     point: Array
     direction: Array
 
     def foot(self, other: Line) -> Array:
-        """The point (3,) that is nearest to another line; of parallels, nearest to its point."""
+        """The point (3,) of this line nearest to another one, or to its `point` if parallel [m]."""
         between = other.point - self.point
         normal = np.cross(self.direction, other.direction)
         square = float(normal @ normal)
@@ -47,13 +47,14 @@ class Line(NamedTuple):
         return foot
 
     def is_parallel(self, other: Line) -> bool:
-        """Whether the feet of two lines are not determined."""
-        both = norm(self.direction) * norm(other.direction)
-        return both > 0.0 and norm(np.cross(self.direction, other.direction)) <= PARALLEL
+        """Whether two axes are parallel, so that no point of them is nearest; a centre never is."""
+        are_axes = norm(self.direction) * norm(other.direction) > 0.0
+        sine = norm(np.cross(self.direction, other.direction))
+        return are_axes and sine <= PARALLEL
 
 
 def placed(tree: Tree, robot: RobotDescription, closure: Closure) -> Closure:
-    """The closure with its ends, which coincide where the loop is closed, moved to its place."""
+    """The closure with both ends moved to its place; they still coincide in a closed loop."""
     if closure.kind not in ("axis", "frame"):
         return closure
     lines = _neighbours(tree, robot, closure_chains(tree, closure))
@@ -68,14 +69,14 @@ def placed(tree: Tree, robot: RobotDescription, closure: Closure) -> Closure:
 
 
 def _along_axis(lines: Sequence[Line]) -> Array:
-    """The mean of the points of the z axis that are nearest to the neighbours (3,) [m]."""
+    """The mean (3,) of the points of the z axis that are nearest to the neighbours [m]."""
     axis = Line(np.zeros(3), np.array([0.0, 0.0, 1.0]))
     feet = [axis.foot(line) for line in lines if not axis.is_parallel(line)]
     return _mean(feet)
 
 
 def _between(lines: Sequence[Line]) -> Array:
-    """The middle of the common perpendicular of the neighbours (3,) [m]."""
+    """The middle (3,) of the common perpendicular of two neighbours, or else their mean [m]."""
     origin = Line(np.zeros(3), np.zeros(3))
     feet = [line.foot(origin) for line in lines]
     if len(lines) == 2 and not lines[0].is_parallel(lines[1]):
@@ -98,9 +99,10 @@ def _neighbours(tree: Tree, robot: RobotDescription, chains: Chains) -> list[Lin
         if chain.bodies:
             body = chain.bodies[-1]
             origin, axis = np.zeros(3), np.array(body.axis)
-        elif other.bodies:
+        elif other.bodies:  # the link carries the first joint of the other side
             body = other.bodies[0]
-            origin, axis = np.array(body.translation), np.array(body.rotation) @ np.array(body.axis)
+            origin = np.array(body.translation)
+            axis = np.array(body.rotation) @ np.array(body.axis)
         else:
             continue
         direction = _direction(tree, robot, body, axis)
@@ -112,7 +114,7 @@ def _neighbours(tree: Tree, robot: RobotDescription, chains: Chains) -> list[Lin
 
 
 def _direction(tree: Tree, robot: RobotDescription, body: Body, axis: Array) -> Array | None:
-    """The direction of a joint's line, zero for a ball joint; None if it has no line."""
+    """The direction (3,) of a joint's line, zero for a ball joint; None if it has no line."""
     if body.coordinate in turns_of(tree, robot, "ball"):
         return np.zeros(3)
     if not body.is_revolute or body.coordinate in turns_of(tree, robot, "free"):
@@ -121,7 +123,7 @@ def _direction(tree: Tree, robot: RobotDescription, body: Body, axis: Array) -> 
 
 
 def turns_of(tree: Tree, robot: RobotDescription, kind: str) -> frozenset[int]:
-    """The angular coordinates of all ball joints, or of all free joints."""
+    """The angular coordinates of all ball joints, or of all free joints, by the kind of joint."""
     coordinates: set[int] = set()
     for joint, turns in zip(robot.freely_turning, tree.turns, strict=True):
         if joint.type == kind:

@@ -1,9 +1,11 @@
-"""Functions of large robots, traced in one graph: what several of them need is written once."""
+"""The C functions of a large robot, traced in one graph: what several need is written once."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 from ...kernels.graph import Graph, Symbol
 from ...kernels.trace import Trace
@@ -11,16 +13,16 @@ from .emit import Body, block_functions, checks_of, function_name, outputs_of, w
 from .parts import Text, in_parts
 
 LARGE = 10_000  # operations of all functions above which they share
-LEAST = 200  # operations of a shared function
-CallSet = frozenset[int]
+LEAST = 200  # operations that are worth a shared function
+CallSet = frozenset[int]  # numbers of functions that are called
 
 
 @dataclass(frozen=True)
 class _Group:
-    """A shared function.
+    """A shared function, whose results several functions need.
 
     Attributes:
-        calls: which functions need it.
+        calls: numbers of the functions that need it.
         nodes: what it computes, in order.
     """
 
@@ -35,54 +37,56 @@ def emit_shared(traces: Sequence[Trace]) -> list[str]:
     texts = block_functions(plan.all)
     for number, group in enumerate(plan.groups):
         body = Body(plan.all, group.nodes, plan.places(vectors))
-        exports = [k for k in group.nodes if k in plan.slots]
-        last = [f"out[{plan.slots[k]}] = {body.term(k)};" for k in exports]
-        texts += in_parts(Text("void", f"shared{number}", vectors + 1, body.lines, last))
+        results = [k for k in group.nodes if k in plan.slots]
+        last = [f"out[{plan.slots[k]}] = {body.term(k)};" for k in results]
+        text = Text("void", f"shared{number}", vectors + 1, body.lines, last)
+        texts += in_parts(text)
     for number, trace in enumerate(traces):
         nodes = plan.nodes_of(number)
         body = Body(plan.all, nodes, plan.places(vectors))
         last = [*checks_of(trace, body), *outputs_of(trace, body), "return 0;"]
         name = f"{function_name(trace.name)}_after"
-        texts += in_parts(Text("int", name, vectors + 1, body.lines, last))
+        text = Text("int", name, vectors + 1, body.lines, last)
+        texts += in_parts(text)
         texts.append(_caller(trace, plan, number, vectors))
     return with_helpers(texts)
 
 
 class _Plan:
-    """Which operations are shared, and where their values are handed on.
+    """Which operations are shared, and where their values are passed on.
 
     Attributes:
-        all: a trace of everything.
-        groups: the shared functions, those that more functions need first.
-        slots: places of values in the array `shared`, by node.
+        all: one trace with the outputs and checks of all functions.
+        groups: the shared functions; those that more functions need come first.
+        slots: indices of values in the C array `shared`, by node.
     """
 
     def __init__(self, traces: Sequence[Trace]) -> None:
         self._graph: Graph = traces[0].graph
-        outputs = [y for trace in traces for y in trace.outputs]
-        checks = [check for trace in traces for check in trace.checks]
         self.all = replace(
-            traces[0], outputs=tuple(outputs), checks=tuple(checks), layout=(), name="shared"
+            traces[0],
+            outputs=tuple(chain.from_iterable(trace.outputs for trace in traces)),
+            checks=tuple(chain.from_iterable(trace.checks for trace in traces)),
+            layout=(),
+            name="shared",
         )
         self._roots = [_roots(trace) for trace in traces]
-        calls = self._calls_of_nodes(traces)
-        sizes: dict[CallSet, int] = {}
-        for members in calls.values():
-            sizes[members] = sizes.get(members, 0) + 1
-        is_shared = [x for x, size in sizes.items() if len(x) > 1 and size >= LEAST]
+        calls_of = self._calls_of_nodes(traces)
+        sizes = Counter(calls_of.values())
+        large = [calls for calls, size in sizes.items() if len(calls) > 1 and size >= LEAST]
         self.groups: list[_Group] = []
-        for members in sorted(is_shared, key=len, reverse=True):
-            wanted = [k for k, x in calls.items() if x == members]
-            nodes = self._missing(wanted, self._available(members))
-            self.groups.append(_Group(members, nodes))
+        for calls in sorted(large, key=len, reverse=True):
+            wanted = [k for k, needed_by in calls_of.items() if needed_by == calls]
+            nodes = self._missing(wanted, self._available(calls))
+            self.groups.append(_Group(calls, nodes))
         self._number_slots(len(traces))
 
     def places(self, vector: int) -> dict[int, str]:
-        """Where values are read that a group has written, by node."""
+        """C terms for values that a group has written, by node; they are in an input vector."""
         return {k: f"a{vector}[{slot}]" for k, slot in self.slots.items()}
 
     def nodes_of(self, call: int) -> list[int]:
-        """What a function computes after its groups."""
+        """Nodes that a function computes after its groups, in order."""
         return self._missing(self._roots[call], self._available(frozenset([call])))
 
     def _calls_of_nodes(self, traces: Sequence[Trace]) -> dict[int, CallSet]:
@@ -92,20 +96,22 @@ class _Plan:
         for number, trace in enumerate(traces):
             for k in trace.live:
                 op, a, _ = self._graph.nodes[k]
-                members = blocks.setdefault(int(a), set()) if op == "block" else set[int]()
+                members: set[int] = set()
+                if op == "block":
+                    members = blocks.setdefault(int(a), members)
                 calls.setdefault(k, members).add(number)
         return {k: frozenset(calls[k]) for k in sorted(calls)}
 
     def _available(self, calls: CallSet) -> set[int]:
-        """What the groups compute that run before, for some functions."""
-        before: set[int] = set()
+        """Nodes of the groups that all of some functions call; inputs are read where needed."""
+        available: set[int] = set()
         for group in self.groups:
             if group.calls >= calls:
-                before.update(k for k in group.nodes if self._graph.nodes[k][0] != "input")
-        return before
+                available.update(k for k in group.nodes if self._graph.nodes[k][0] != "input")
+        return available
 
     def _missing(self, wanted: Iterable[int], available: set[int]) -> list[int]:
-        """Nodes to compute for the wanted ones, in order."""
+        """The wanted nodes and all they depend on, without available ones, in order."""
         missing: set[int] = set()
         ahead = [k for k in wanted if k not in available]
         while ahead:
@@ -116,25 +122,28 @@ class _Plan:
         return sorted(missing)
 
     def _number_slots(self, count: int) -> None:
-        """Give a place to every value that is read outside of its group."""
+        """Give an index to every value that is read outside of its group."""
         self.slots: dict[int, int] = {}
-        units = [(group.nodes, group.nodes) for group in self.groups]
+        functions = [(group.nodes, group.nodes) for group in self.groups]
         for call in range(count):
             nodes = self.nodes_of(call)
-            units.append((nodes, [*nodes, *self._roots[call]]))
-        for nodes, read in units:
-            needed = {x for k in nodes for x in self._graph.operands(k)}
-            for k in sorted({*needed, *read} - {*nodes}):
+            functions.append((nodes, [*nodes, *self._roots[call]]))
+        for nodes, results in functions:
+            read = set(results)
+            for k in nodes:
+                read.update(self._graph.operands(k))
+            for k in sorted(read.difference(nodes)):
                 self.slots.setdefault(k, len(self.slots))
 
 
 def _roots(trace: Trace) -> list[int]:
+    """Nodes that are outputs or values of checks."""
     values = [*trace.outputs, *(check.value for check in trace.checks)]
     return [x.index for x in values if isinstance(x, Symbol)]
 
 
 def _caller(trace: Trace, plan: _Plan, number: int, vectors: int) -> str:
-    """The function of a trace: it calls its groups, then the rest."""
+    """The C function of a trace: it calls its groups, then computes what only it needs."""
     arguments = "".join(f"const double *a{v}, " for v in range(vectors))
     passed = "".join(f"a{v}, " for v in range(vectors))
     lines = [f"double shared[{max(1, len(plan.slots))}];", "shared[0] = 0.0;"]

@@ -31,7 +31,7 @@ _BINARY: Mapping[str, Callable[[Expression, Expression], Expression]] = {
     "div": lambda a, b: a / b,
     "atan2": casadi.atan2,
 }
-_CONVERGED = 1e-10  # residual in lengths of the loop, above rounding
+_CONVERGED = 1e-10  # largest residual of a closed loop, over its lengths; well above rounding
 _ITERATION = {"error_on_fail": False, "max_iter": MAX_ITERATIONS, "abstol": 1e-14}
 
 
@@ -45,28 +45,30 @@ def function(
 
     Args:
         trace: the traced program.
-        name: of the Function.
-        names: of the input vectors, in order. Those with constants are no inputs of the Function.
-        constants: values of some inputs.
+        name: name of the Function.
+        names: names of the input vectors, in order.
+        constants: values of some inputs, which are no inputs of the Function.
 
     Returns:
-        The Function: free inputs -> results by name, matrices in their shapes, and `status`, the
-        code of the first check that fails.
+        The Function: free inputs -> results by name in their shapes, and `status`. This is the code
+        of the first check that fails.
     """
-    free = [k for k, key in enumerate(names) if key not in constants]
-    sizes = [trace.inputs[k] for k in free]
-    inputs = [casadi.MX.sym(names[k], size) for k, size in zip(free, sizes, strict=True)]
-    stages = _Stages(trace, names, constants)
-    results = stages.run(inputs)
-    titles = [*[key for key, _ in trace.layout], "status"]
-    return casadi.Function(name, inputs, results, [names[k] for k in free], titles)
+    inputs: list[Expression] = []
+    free_names: list[str] = []
+    for key, size in zip(names, trace.inputs, strict=True):
+        if key not in constants:
+            inputs.append(casadi.MX.sym(key, size))
+            free_names.append(key)
+    results = _Stages(trace, names, constants).run(inputs)
+    result_names = [key for key, _ in trace.layout]
+    return casadi.Function(name, inputs, results, free_names, [*result_names, "status"])
 
 
 class _Stages:
-    """The straight parts of a trace between its blocks.
+    """The straight parts of a trace, between its blocks, as SX expressions.
 
     Attributes:
-        inputs: symbols of the free inputs.
+        inputs: SX symbols of the free inputs.
     """
 
     def __init__(
@@ -74,8 +76,8 @@ class _Stages:
     ) -> None:
         self._trace = trace
         self.inputs: list[Expression] = []
-        self._outputs: dict[int, Expression] = {}  # symbols of results of blocks
-        self._vectors: list[Expression] = []  # by number of the input
+        self._outputs: dict[int, Expression] = {}  # symbols of the results of blocks, by block
+        self._vectors: list[Expression] = []  # symbols or constants of all inputs
         for key, size in zip(names, trace.inputs, strict=True):
             if key in constants:
                 self._vectors.append(casadi.DM(list(constants[key])))
@@ -91,7 +93,8 @@ class _Stages:
             block = self._trace.graph.blocks[number]
             arguments = [self._vector(vector) for vector in block.arguments]
             given = self._stage(f"before_{number}", arguments)(*inputs, *solved)
-            given = given if isinstance(given, (list, tuple)) else [given]
+            if not isinstance(given, (list, tuple)):  # CasADi returns a single result by itself
+                given = [given]
             self._outputs[number] = casadi.SX.sym(f"b{number}", block.outputs)
             if block.body is None:
                 solved.append(_inverted(given[0], block.size))
@@ -101,18 +104,20 @@ class _Stages:
         return list(self._stage("results", self._results())(*inputs, *solved))
 
     def _stage(self, name: str, results: Sequence[Expression]) -> Expression:
+        """A Function of the free inputs and of the results of blocks so far."""
         symbols = [*self.inputs, *self._outputs.values()]
         return casadi.Function(name, symbols, list(results))
 
     def _results(self) -> list[Expression]:
+        """The results in their shapes, and the status."""
         results = []
         first = 0
         flat = self._trace.outputs
         for _, shape in self._trace.layout:
-            rows, columns = (*shape, 1, 1)[:2]
+            rows, columns = (*shape, 1, 1)[:2]  # a vector is a column
             last = first + rows * columns
             vector = self._vector(flat[first:last])
-            results.append(casadi.reshape(vector, columns, rows).T)  # from row by row
+            results.append(casadi.reshape(vector, columns, rows).T)  # CasADi goes by columns
             first = last
         status: Expression = casadi.SX(0)
         for check in reversed(self._trace.checks):  # the first failed check decides
@@ -120,10 +125,12 @@ class _Stages:
         return [*results, status]
 
     def _decided(self, check: Check, status: Expression) -> Expression:
+        """The status of a check that fails, else that of those after it."""
         passes = self.value(check.value) > check.threshold
         return casadi.if_else(passes, status, check.code)
 
     def _vector(self, operands: Sequence[Operand]) -> Expression:
+        """A column of operands; the empty SX makes it one even if there are none."""
         return casadi.vertcat(casadi.SX(0, 1), *[self.value(x) for x in operands])
 
     def value(self, x: Operand) -> Expression:
@@ -141,29 +148,42 @@ class _Stages:
             return self._vectors[int(a)][int(b)]
         if op == "block":
             return self._outputs[int(a)][int(b)]
-        first = self._nodes[a] if isinstance(a, int) else a
+        first = self._operand(a)
         if op in _UNARY:
             return _UNARY[op](first)
-        return _BINARY[op](first, self._nodes[b] if isinstance(b, int) else b)
+        return _BINARY[op](first, self._operand(b))
+
+    def _operand(self, x: int | float) -> Expression:
+        """The expression of a node, or a constant."""
+        return self._nodes[x] if isinstance(x, int) else x
 
 
 def _inverted(entries: Expression, size: int) -> Expression:
-    """The inverse row by row, then the determinant."""
+    """The inverse of a matrix row by row, then its determinant (size * size + 1)."""
     matrix = casadi.reshape(entries, size, size).T
     inverse = casadi.inv(matrix)
     return casadi.vertcat(casadi.vec(inverse.T), casadi.det(matrix))
 
 
 def _solved(body: Trace, size: int, guess: Expression, parameters: Expression) -> Expression:
-    """Solution of a Newton block; then 1, or -1 if the iteration failed."""
+    """Solution of a Newton block, then 1, or -1 if the iteration failed (size + 1).
+
+    Args:
+        body: trace of its residuals, and of their derivatives by the unknowns row by row.
+        size: number of unknowns.
+        guess: start of the iteration (size).
+        parameters: parameters of the equations.
+    """
     straight = _Stages(body, ("x", "p"), {})
     values = casadi.vertcat(*[straight.value(x) for x in body.outputs])
-    residuals, partials = values[:size], casadi.reshape(values[size:], size, size).T
-    step = casadi.solve(partials, residuals)
+    residuals = values[:size]
+    jacobian = casadi.reshape(values[size:], size, size).T
+    step = casadi.solve(jacobian, residuals)
     equations = casadi.Function("equations", straight.inputs, [residuals])
     newton_step = casadi.Function("step", straight.inputs, [step])
     solve = casadi.rootfinder("solve", "newton", equations, _ITERATION)
     near = solve(guess, parameters)
-    solution = near - newton_step(near, parameters)  # the rootfinder stops at 1e-6
+    solution = near - newton_step(near, parameters)  # the rootfinder stops at steps of 1e-6
     largest = casadi.norm_inf(equations(solution, parameters))
-    return casadi.vertcat(solution, casadi.if_else(largest < _CONVERGED, 1.0, -1.0))
+    converged = casadi.if_else(largest < _CONVERGED, 1.0, -1.0)
+    return casadi.vertcat(solution, converged)

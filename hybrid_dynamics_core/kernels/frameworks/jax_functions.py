@@ -1,7 +1,7 @@
-"""JAX functions of a trace, elementwise.
+"""JAX functions of a trace, whose values are arrays of one shape (...).
 
 A trace has no branches, so the functions can be compiled, batched and differentiated by JAX.
-Newton's iteration is a loop that is differentiated by the implicit function theorem, in either
+Newton's iteration is a loop. It is differentiated by the implicit function theorem, in either
 direction and to any order.
 """
 
@@ -57,12 +57,11 @@ def evaluate(trace: Trace, vectors: Vectors, tolerance: Callable[[Check], float]
 
     Args:
         trace: the traced program.
-        vectors: the components of its inputs, arrays of one type and one shape.
+        vectors: the components (...) of its inputs, of one type and one shape.
         tolerance: by how much the value of a check may be below its threshold.
     """
     nodes = _Nodes(trace, vectors)
-    like = next(x for vector in vectors for x in vector)
-    status = jnp.zeros(like.shape, jnp.int32)
+    status = jnp.zeros(_first(vectors).shape, jnp.int32)
     for check in reversed(trace.checks):  # the first failed check decides
         passes = nodes.value(check.value) > check.threshold - tolerance(check)
         status = jnp.where(passes, status, jnp.int32(check.code))
@@ -75,7 +74,7 @@ class _Nodes:
     def __init__(self, trace: Trace, vectors: Vectors) -> None:
         self._trace = trace
         self._vectors = vectors
-        self._zero = jnp.zeros_like(next(x for vector in vectors for x in vector))
+        self._zero = jnp.zeros_like(_first(vectors))
         self._values: dict[int, Array] = {}
         self._blocks: dict[int, Sequence[Array]] = {}
         for index in trace.live:
@@ -104,31 +103,48 @@ class _Nodes:
         return _BINARY[op](first, self._operand(b))
 
     def _block(self, number: int) -> Sequence[Array]:
+        """The results of a block, computed once."""
         if number not in self._blocks:
             block = self._trace.graph.blocks[number]
-            vectors = [[self.array(x) for x in vector] for vector in block.arguments]
-            vectors = lax.optimization_barrier(vectors)
+            arguments: list[list[Array]] = []
+            for vector in block.arguments:
+                arguments.append([self.array(x) for x in vector])
+            arguments = lax.optimization_barrier(arguments)
             if block.body is None:
-                self._blocks[number] = _inverted(vectors[0], block.size)
+                self._blocks[number] = _inverted(arguments[0], block.size)
             else:
                 body = trace_body(self._trace, number)
-                self._blocks[number] = _solved(body, block.size, *vectors)
+                self._blocks[number] = _solved(body, block.size, *arguments)
         return self._blocks[number]
 
 
+def _first(vectors: Vectors) -> Array:
+    """The first component of all: it has the type and the shape (...) of each."""
+    return next(chain.from_iterable(vectors))
+
+
 def _inverted(entries: Sequence[Array], size: int) -> list[Array]:
-    """The inverse row by row, then the determinant."""
+    """The inverse of a matrix row by row, then its determinant."""
     rows = _rows(entries, size)
     one, zero = jnp.ones_like(entries[0]), jnp.zeros_like(entries[0])
-    units = [[one if r == c else zero for c in range(size)] for r in range(size)]
-    inverse, determinant = _eliminated(rows, units)
+    unit = [[zero] * size for _ in range(size)]
+    for k in range(size):
+        unit[k][k] = one
+    inverse, determinant = _eliminated(rows, unit)
     return [*chain.from_iterable(inverse), determinant]
 
 
 def _solved(
     body: Trace, size: int, guess: Sequence[Array], parameters: Sequence[Array]
 ) -> Sequence[Array]:
-    """Solution and number of iterations of a Newton block, negative if they fail."""
+    """Solution of a Newton block, then its number of iterations, negative if they fail.
+
+    Args:
+        body: trace of its residuals, and of their derivatives by the unknowns row by row.
+        size: number of unknowns.
+        guess: start of the iteration.
+        parameters: parameters of the equations.
+    """
 
     def equations(x: Sequence[Array], p: Sequence[Array]) -> list[Array]:
         return evaluate(body, (x, p), _exactly).outputs
@@ -138,8 +154,8 @@ def _solved(
 
     def tangent(primals: Vectors, tangents: Vectors) -> tuple[list[Array], list[Array]]:
         *x, count = solve(*primals)
-        p, push = primals[1], tangents[1]
-        _, slopes = jax.jvp(lambda p: equations(x, p)[:size], (p,), (push,))
+        p, move = primals[1], tangents[1]
+        _, slopes = jax.jvp(lambda p: equations(x, p)[:size], (p,), (move,))
         jacobian = _rows(equations(x, p)[size:], size)
         change = _solve_linear(jacobian, [-slope for slope in slopes])
         return [*x, count], [*change, jnp.zeros_like(count)]
@@ -160,7 +176,10 @@ def _newton(
     guess: Sequence[Array],
     p: Sequence[Array],
 ) -> list[Array]:
-    """Newton's iteration; every state stops by itself."""
+    """Newton's iteration: the solution, then the number of iterations, negative if they fail.
+
+    Every state stops by itself.
+    """
     like = guess[0]
     small = SMALL_STEP if like.dtype == jnp.float64 else _SMALL_STEP_32
 
@@ -171,14 +190,16 @@ def _newton(
         finite = longest < jnp.inf
         share = jnp.minimum(1.0, LARGEST_STEP / jnp.maximum(longest, TINY))
         share = jnp.where(state.works & finite, share, 0.0)
-        x = [jnp.where(share > 0.0, a - share * b, a) for a, b in zip(state.x, step, strict=True)]
+        x: list[Array] = []
+        for a, b in zip(state.x, step, strict=True):
+            x.append(jnp.where(share > 0.0, a - share * b, a))  # b may be infinite
         count = jnp.where(state.works, state.count + 1, state.count)
         converged = state.converged | (state.works & (longest < small))
         works = state.works & finite & ~converged & (count < MAX_ITERATIONS)
         return _Iteration(x, count, works, converged)
 
-    no = jnp.zeros(like.shape, bool)
-    start = _Iteration(list(guess), jnp.zeros_like(like), ~no, no)
+    nowhere = jnp.zeros(like.shape, bool)
+    start = _Iteration(list(guess), jnp.zeros_like(like), ~nowhere, nowhere)
     last = lax.while_loop(lambda state: jnp.any(state.works), advance, start)
     return [*last.x, jnp.where(last.converged, last.count, -last.count)]
 
@@ -187,10 +208,10 @@ class _Iteration(NamedTuple):
     """States of Newton's iteration.
 
     Attributes:
-        x: the unknowns.
-        count: number of iterations so far.
-        works: whether a state is still iterated.
-        converged: whether it has converged.
+        x: the unknowns (...).
+        count: number of iterations so far (...).
+        works: whether a state is still iterated (...).
+        converged: whether it has converged (...).
     """
 
     x: list[Array]
@@ -200,14 +221,16 @@ class _Iteration(NamedTuple):
 
 
 def _rows(flat: Sequence[Array], width: int) -> list[list[Array]]:
+    """Rows of a matrix whose entries come row by row."""
     return [list(flat[k : k + width]) for k in range(0, len(flat), width)]
 
 
 def _maximum(values: Sequence[Array]) -> Array:
-    total = values[0]
+    """The largest of some values (...), state by state."""
+    largest = values[0]
     for value in values[1:]:
-        total = jnp.maximum(total, value)
-    return total
+        largest = jnp.maximum(largest, value)
+    return largest
 
 
 def _solve_linear(rows: list[list[Array]], right: Sequence[Array]) -> list[Array]:
@@ -219,9 +242,9 @@ def _solve_linear(rows: list[list[Array]], right: Sequence[Array]) -> list[Array
 def _eliminated(
     left: list[list[Array]], right: list[list[Array]]
 ) -> tuple[list[list[Array]], Array]:
-    """A^-1 B and det A, by Gauss and Jordan with pivoting, state by state.
+    """A^-1 B and det A, by Gauss-Jordan elimination with pivoting, state by state.
 
-    LAPACK would take longer than the whole closure for the few unknowns of a loop.
+    LAPACK would take longer for the few unknowns of a loop than the whole closure.
     """
     size = len(left)
     rows = [[*a, *b] for a, b in zip(left, right, strict=True)]

@@ -1,8 +1,8 @@
 """The part of a trace that is rewritten, and its way back among the other outputs.
 
-The part is the same in all programs that have its outputs and checks: its nodes are in an order
-that depends on what they compute, not on when a program did. The other outputs keep their nodes as
-they are, with operands in their order, which decides which product is fused with a sum.
+The part is the same in all programs that have its outputs and checks. For that, the order of its
+nodes depends on what they compute, and not on when a program did. The other outputs keep their
+nodes as they are. Their operands stay in order, which decides which product is fused with a sum.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ _COMMUTATIVE = ("add", "mul")
 
 
 def ordered(trace: Trace, names: Sequence[str]) -> Trace:
-    """The named outputs and the checks as a trace, its nodes in an order of their meaning."""
-    outputs = _chosen(trace, names)
+    """The named outputs and the checks as a trace, its nodes in an order of what they compute."""
+    chosen = _chosen(trace, names)
     layout = tuple(entry for entry in trace.layout if entry[0] in names)
-    part = replace(trace, outputs=tuple(outputs), layout=layout)
+    part = replace(trace, outputs=tuple(chosen), layout=layout)
     kept = set(trace.graph.live(trace.kept))
     digests: dict[int, bytes] = {}
     depths: dict[int, int] = {}
@@ -33,14 +33,17 @@ def ordered(trace: Trace, names: Sequence[str]) -> Trace:
     copy = _Copy(trace.graph, Graph())
     for index in sorted(part.live, key=lambda k: (depths[k], digests[k])):
         copy.add(index, keep=index in kept)
-    values = tuple(copy.at(index) for index in part.live if index in kept)
-    outputs = [copy.value(x) for x in outputs]
-    checks = tuple(replace(check, value=copy.value(check.value)) for check in trace.checks)
-    return replace(part, graph=copy.target, outputs=tuple(outputs), checks=checks, kept=values)
+    return replace(
+        part,
+        graph=copy.target,
+        outputs=tuple(copy.value(x) for x in chosen),
+        checks=tuple(replace(check, value=copy.value(check.value)) for check in trace.checks),
+        kept=tuple(copy.at(index) for index in part.live if index in kept),
+    )
 
 
 def joined(trace: Trace, part: Trace) -> Trace:
-    """A trace with outputs and checks of its rewritten part in place of its own."""
+    """A trace that takes its rewritable outputs and its checks from the rewritten part."""
     copy = _Copy(trace.graph, part.graph)
     others = [name for name, _ in trace.layout if name not in part.rewritable]
     for index in trace.graph.live(_chosen(trace, others)):
@@ -48,7 +51,10 @@ def joined(trace: Trace, part: Trace) -> Trace:
     rewritten_outputs = iter(part.outputs)
     outputs: list[Operand] = []
     for x, is_other in zip(trace.outputs, _flags(trace, others), strict=True):
-        outputs.append(copy.value(x) if is_other else next(rewritten_outputs))
+        if is_other:
+            outputs.append(copy.value(x))
+        else:
+            outputs.append(next(rewritten_outputs))
     return replace(trace, graph=part.graph, outputs=tuple(outputs), checks=part.checks, kept=())
 
 
@@ -67,6 +73,7 @@ def _flags(trace: Trace, names: Sequence[str]) -> list[bool]:
 
 
 def _digest(trace: Trace, index: int, digests: dict[int, bytes]) -> bytes:
+    """A digest of what a node computes, from those of its operands."""
     op, a, b = trace.graph.nodes[index]
     parts: list[bytes] = []
     if op == "block":
@@ -96,19 +103,21 @@ class _Copy:
         self._copies: dict[int, Operand] = {}
 
     def add(self, index: int, *, keep: bool) -> None:
-        """Copy a node, whose operands are there; if it is kept, with these in their order."""
+        """Copy a node whose operands are copied; they stay in order if `keep` is set."""
         op, a, b = self._source.nodes[index]
         if op == "input":
             self._copies[index] = self.target.input(int(a), int(b))
         elif op == "block":
             block = self._source.blocks[int(a)]
-            arguments = [[self.value(x) for x in vector] for vector in block.arguments]
+            arguments: list[list[Operand]] = []
+            for vector in block.arguments:
+                arguments.append([self.value(x) for x in vector])
             outputs = self.target.block(
                 block.kind, block.size, block.outputs, arguments, block.body
             )
             self._copies[index] = outputs[int(b)]
         else:
-            first, second = (self.at(x) if isinstance(x, int) else x for x in (a, b))
+            first, second = self._operand(a), self._operand(b)
             apply = self.target.keep if keep else self.target.apply
             self._copies[index] = apply(op, first, second)
 
@@ -117,5 +126,9 @@ class _Copy:
         return self._copies[index]
 
     def value(self, x: Operand) -> Operand:
-        """The copy of a value."""
+        """The copy of a value; constants stay as they are."""
         return self._copies[x.index] if isinstance(x, Symbol) else x
+
+    def _operand(self, x: int | float) -> Operand:
+        """The copy of an operand in the graph, which is a node or a constant."""
+        return self._copies[x] if isinstance(x, int) else x

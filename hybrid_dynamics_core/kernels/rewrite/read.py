@@ -1,7 +1,7 @@
 """A trace as sums of products of atoms.
 
-An atom is an input, the result of another operation than +, - and *, or a sum that is used more
-than once or multiplied.
+An atom is an input, or the result of another operation than +, - and *. A sum that is used more
+than once, or multiplied, is an atom too.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from collections import Counter
 from ..graph import Graph, Operand, Symbol
 from ..trace import Trace
 
-LONGEST = 6  # [factors] a longer product is divided
-ROUNDING = 5e-16  # a coefficient that near to 1 is 1
+LONGEST = 6  # [factors] the operands of a longer product become atoms
+ROUNDING = 5e-16  # a coefficient as near as this to 1 or -1 is 1 or -1
 
 Factors = tuple[int, ...]  # atoms in ascending order
 Sum = dict[Factors, float]  # coefficient of each product, in order of appearance
@@ -24,7 +24,7 @@ class Sums:
 
     Attributes:
         trace: the trace.
-        kept: atoms that are computed as they are written.
+        kept: nodes that are not rewritten; each is an atom.
         sums: definition of each atom that is a sum.
         operations: operation and operands of each atom that is the result of another operation.
         blocks: arguments of each live block.
@@ -46,10 +46,13 @@ class Sums:
         self.checks = [self._operand(check.value) for check in trace.checks]
         self.blocks: dict[int, list[list[Value]]] = {}
         for number in trace.live_blocks():
-            arguments = self._graph.blocks[number].arguments
-            self.blocks[number] = [[self._operand(x) for x in vector] for vector in arguments]
+            vectors: list[list[Value]] = []
+            for vector in self._graph.blocks[number].arguments:
+                vectors.append([self._operand(x) for x in vector])
+            self.blocks[number] = vectors
 
     def _node(self, index: int) -> Sum:
+        """A node as a sum of products of atoms."""
         op, a, b = self._graph.nodes[index]
         if op in ("input", "block") or index in self.kept:
             return {(index,): 1.0}
@@ -66,7 +69,7 @@ class Sums:
         return {(index,): 1.0}
 
     def _term(self, x: Value) -> Sum:
-        """An operand of a sum."""
+        """An operand of a sum as terms of it; a sum with more uses stays an atom."""
         if isinstance(x, float):
             return {(): x}
         if len(self._read[x]) > 1 and self._uses[x] > 1:
@@ -74,14 +77,16 @@ class Sums:
         return self._read[x]
 
     def _product(self, a: int, b: int) -> Sum:
-        first, k = self._factors(a)
-        second, m = self._factors(b)
+        """The product of two nodes."""
+        first, coefficient = self._factors(a)
+        second, other = self._factors(b)
         if len(first) + len(second) > LONGEST:
             self._cut(a)
             self._cut(b)
-            first, k = self._factors(a)
-            second, m = self._factors(b)
-        return _times({tuple(sorted(first + second)): 1.0}, k * m)
+            first, coefficient = self._factors(a)
+            second, other = self._factors(b)
+        factors = tuple(sorted(first + second))
+        return _times({factors: 1.0}, coefficient * other)
 
     def _factors(self, index: int) -> tuple[Factors, float]:
         """A node as one product with its coefficient."""
@@ -98,7 +103,7 @@ class Sums:
         return self._cut(index)
 
     def _cut(self, index: int) -> int:
-        """The atom of a node; it becomes one if it is not."""
+        """The atom of a node; a node that is none becomes one."""
         terms = self._read[index]
         if len(terms) == 1:
             ((factors, coefficient),) = terms.items()
@@ -110,7 +115,7 @@ class Sums:
 
 
 def _uses(trace: Trace) -> Counter[int]:
-    """How often each node is used; arguments of blocks count as two uses."""
+    """How often each node is used; arguments of blocks count twice, so that sums stay atoms."""
     graph: Graph = trace.graph
     uses: Counter[int] = Counter()
     for value in [*trace.outputs, *(check.value for check in trace.checks)]:
@@ -134,6 +139,7 @@ def _total(a: Sum, b: Sum, sign: float) -> Sum:
 
 
 def _times(terms: Sum, factor: float) -> Sum:
+    """A sum times a constant."""
     scaled: Sum = {}
     for factors, coefficient in terms.items():
         k = coefficient * factor

@@ -1,6 +1,6 @@
 """Products, factors and part sums that terms have in common, each computed once.
 
-Greedy: what saves most multiplications comes first. Constants count as factors.
+What saves most multiplications comes first. Constants count as factors.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 from .read import Factors, Sums
 
-MOST = 8  # uses at which sharing begins; it goes down to 2
+MOST = 8  # uses of what is shared first; then come fewer uses, down to 2
 LONGEST_SUM = 40  # [terms] part sums of longer sums are not shared
 
 Term = tuple[int, Factors]  # sign and factors
@@ -39,10 +39,10 @@ class SharedSums:
         self._factored: dict[tuple[Term, ...], int] = {}
         self.terms: dict[int, Terms] = {}
         for atom, terms in sums.sums.items():
-            self.terms[atom] = [self._term(f, k) for f, k in terms.items()]
+            self.terms[atom] = [self._term(factors, k) for factors, k in terms.items()]
 
     def share_products(self, least: int) -> None:
-        """Compute products of two factors once that occur in at least `least` terms."""
+        """Compute each product of two factors once, if it occurs in at least `least` terms."""
         uses: _Uses[tuple[int, int], tuple[int, int]] = _Uses(least)
         for atom, terms in self.terms.items():
             for k, (_, factors) in enumerate(terms):
@@ -52,13 +52,14 @@ class SharedSums:
             for atom, k in sorted(uses.places(pair)):
                 sign, factors = self.terms[atom][k]
                 uses.remove((atom, k), _pairs(factors))
-                factors = _with(_without(_without(factors, pair[0]), pair[1]), product)
+                others = _without(_without(factors, pair[0]), pair[1])
+                factors = _with(others, product)
                 self.terms[atom][k] = sign, factors
                 uses.add((atom, k), _pairs(factors))
             self.terms[product] = [(1, pair)]
 
     def share_factors(self, least: int) -> None:
-        """Multiply once where at least `least` terms of a sum have a factor in common."""
+        """Take out each factor that at least `least` terms of a sum have in common."""
         waiting = [atom for atom, terms in self.terms.items() if len(terms) > 1]
         while waiting:
             atom = waiting.pop()
@@ -67,15 +68,17 @@ class SharedSums:
                 with_factor, terms = _divided(self.terms[atom], factor)
                 sign, key = _signed(with_factor)
                 if key not in self._factored:
-                    inner = self._factored[key] = self._new()
+                    inner = self._new()
+                    self._factored[key] = inner
                     self.terms[inner] = list(key)
                     waiting.append(inner)
-                terms.append((sign, _with((factor,), self._factored[key])))
+                product = _with((factor,), self._factored[key])
+                terms.append((sign, product))
                 self.terms[atom] = terms
                 factor = self._best_factor(atom, least)
 
     def share_part_sums(self) -> None:
-        """Compute sums of two terms once that occur in two or more sums."""
+        """Compute each sum of two terms once, if it occurs in two or more sums."""
         uses: _Uses[Pair, int] = _Uses(2)
         for atom, terms in self.terms.items():
             if len(terms) <= LONGEST_SUM:
@@ -94,6 +97,7 @@ class SharedSums:
             self.terms[part] = [(1, first), (relative, second)]
 
     def _term(self, factors: Factors, coefficient: float) -> Term:
+        """A product with its coefficient, which becomes an atom if it is not 1 or -1."""
         sign = 1 if coefficient > 0.0 else -1
         size = abs(coefficient)
         if size == 1.0:
@@ -105,31 +109,33 @@ class SharedSums:
         return sign, _with(factors, self._atoms[digits])
 
     def _new(self) -> int:
+        """The number of a new atom."""
         self._last += 1
         return self._last
 
     def _best_factor(self, atom: int, least: int) -> int | None:
-        """The factor of a sum that saves most multiplications."""
+        """The factor of a sum that saves most multiplications, if `least` terms have it."""
         terms = self.terms[atom]
         counts: Counter[int] = Counter()
         for _, factors in terms:
             counts.update(set(factors))
-        best, most = None, least - 1.5
+        best, most = None, least - 1.5  # less than a factor of `least` terms saves
         for factor in sorted(counts, reverse=True):
             if counts[factor] < 2:
                 continue
             saved: float = counts[factor] - 1
             inner, _ = _divided(terms, factor)
             _, key = _signed(inner)
-            if key in self._factored:  # the sum is there, with its products
-                saved += 0.5 * saved + sum(max(len(f) - 1, 0) for _, f in inner)
+            if key in self._factored:  # the sum is there, and need not be computed
+                additions = 0.5 * saved
+                saved += additions + sum(max(len(factors) - 1, 0) for _, factors in inner)
             if saved > most:
                 best, most = factor, saved
         return best
 
 
 def share(sums: Sums) -> SharedSums:
-    """Share what saves most first."""
+    """Share products, factors and part sums of sums; what saves most comes first."""
     shared = SharedSums(sums)
     for least in range(MOST, 1, -1):
         shared.share_products(least)
@@ -162,26 +168,30 @@ class _Uses(Generic[Key, Place]):
         return list(self._places[key])
 
     def most_used(self) -> Iterable[Key]:
-        """The most used key, as long as one is used often enough; uses may change between."""
+        """The most used keys, down to the least number of uses; uses may change in between."""
         while self._heap:
             count, key = heapq.heappop(self._heap)
             if len(self._places[key]) != -count:
-                continue  # a later entry has its number
+                continue  # its uses changed; if they grew, a later entry has them
             yield key
 
     def _push(self, key: Key) -> None:
+        """Enter a key with its number of uses, if that is large enough."""
         count = len(self._places[key])
         if count >= self._least:
             heapq.heappush(self._heap, (-count, key))
 
 
 def _pairs(factors: Factors) -> list[tuple[int, int]]:
+    """All pairs of two factors, each once."""
     return list(dict.fromkeys(combinations(factors, 2)))
 
 
 def _part_sums(terms: Terms) -> list[Pair]:
+    """All pairs of two terms, each once."""
     pairs: dict[Pair, None] = {}
-    for (sign, factors), (other_sign, others) in combinations(sorted(terms, key=_factors), 2):
+    ordered = sorted(terms, key=_factors)
+    for (sign, factors), (other_sign, others) in combinations(ordered, 2):
         pairs[factors, others, sign * other_sign] = None
     return list(pairs)
 
@@ -191,10 +201,12 @@ def _factors(term: Term) -> Factors:
 
 
 def _with(factors: Factors, atom: int) -> Factors:
+    """Factors with one more, in order."""
     return tuple(sorted((*factors, atom)))
 
 
 def _without(factors: Factors, atom: int) -> Factors:
+    """Factors with one less."""
     place = factors.index(atom)
     return factors[:place] + factors[place + 1 :]
 
@@ -212,7 +224,7 @@ def _divided(terms: Terms, factor: int) -> tuple[Terms, Terms]:
 
 
 def _signed(terms: Terms) -> tuple[int, tuple[Term, ...]]:
-    """A sign, and terms of which the first is positive; their product is the sum."""
+    """A sum as a sign times ordered terms, the first of them positive: so -x shares x."""
     ordered = sorted(terms, key=_factors)
     first = ordered[0][0]
     return first, tuple((sign * first, factors) for sign, factors in ordered)

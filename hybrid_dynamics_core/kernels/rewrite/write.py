@@ -11,7 +11,8 @@ from .part import joined, ordered
 from .read import Sums, Value
 from .share import SharedSums, share
 
-# [nodes] of the first and the second time, which saves 1 % more; longer traces would take seconds
+# [nodes] up to which a trace is rewritten, and rewritten twice, which saves 1 % more operations.
+# Longer traces would take seconds.
 LONGEST_TRACES = (20_000, 5000)
 
 
@@ -28,7 +29,8 @@ def rewritten(trace: Trace) -> Trace:
     for longest in LONGEST_TRACES:
         if len(part.live) <= longest:
             sums = Sums(shorter)
-            shorter = min(shorter, _Writer(sums, share(sums)).write(), key=_cost)
+            candidate = _Writer(sums, share(sums)).write()
+            shorter = min(shorter, candidate, key=_cost)
     if shorter is part:
         return trace
     return joined(trace, shorter)
@@ -50,6 +52,7 @@ class _Writer:
         self._written: dict[int, Operand] = dict(shared.constants)
 
     def write(self) -> Trace:
+        """The trace of all outputs and checks."""
         trace = self._sums.trace
         for vector, size in enumerate(trace.inputs):
             for k in range(size):
@@ -65,7 +68,7 @@ class _Writer:
         return replace(trace, graph=self._graph, outputs=outputs, checks=tuple(checks), kept=kept)
 
     def _write_with_operands(self, root: int) -> None:
-        """Depth first: values are used soon after they are computed."""
+        """Write an atom after what it depends on, depth first: values are used soon."""
         waiting = [(root, False)]
         while waiting:
             atom, is_ready = waiting.pop()
@@ -95,6 +98,7 @@ class _Writer:
         return [x for x in operands if isinstance(x, int)]
 
     def _node(self, atom: int) -> Operand:
+        """Write an atom whose operands are written."""
         if atom in self._shared.terms:
             return self._sum(atom)
         if atom in self._sums.operations:
@@ -106,17 +110,19 @@ class _Writer:
         if op != "block":
             return self._graph.keep(op, self._value(a), self._value(b))
         block = self._sums.trace.graph.blocks[int(a)]
-        vectors = self._sums.blocks[int(a)]
-        arguments = [[self._value(x) for x in vector] for vector in vectors]
+        arguments: list[list[Operand]] = []
+        for vector in self._sums.blocks[int(a)]:
+            arguments.append([self._value(x) for x in vector])
         outputs = self._graph.block(block.kind, block.size, block.outputs, arguments, block.body)
         return outputs[int(b)]
 
     def _sum(self, atom: int) -> Operand:
-        """A sum that begins with a positive term, if there is one."""
+        """A sum that begins with a positive term if there is one, which saves a change of sign."""
         terms = self._shared.terms[atom]
         positive = [k for k, (sign, _) in enumerate(terms) if sign > 0]
         if positive:
-            terms = [terms[positive[0]], *terms[: positive[0]], *terms[positive[0] + 1 :]]
+            first = positive[0]
+            terms = [terms[first], *terms[:first], *terms[first + 1 :]]
         total: Operand = 0.0
         for sign, factors in terms:
             product: Operand = 1.0
@@ -126,6 +132,7 @@ class _Writer:
         return total
 
     def _value(self, x: Value) -> Operand:
+        """The operand of an atom that is written, or a constant."""
         if isinstance(x, float):
             return x
         return self._written[x]

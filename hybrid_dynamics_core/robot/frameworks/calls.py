@@ -23,12 +23,12 @@ class Call:
     """A call of a robot.
 
     Attributes:
-        name: as in `robot.kernels`.
+        name: name of the call, as in `robot.kernels`.
         inputs: names of its vectors, in order.
         results: names of its results in the program, in order.
         program: the program for a pattern of loads and a frame.
         derivatives: the program of its derivatives, if there is one.
-        slopes: results of that program, by the input that they are a derivative by.
+        slopes: name of the derivative in that program, by the input that is varied.
     """
 
     name: str
@@ -71,9 +71,8 @@ CALLS = (
         {"u": "d_u", "du": "d_du", "tau": "d_tau"},
     ),
 )
-STEP = Call(  # the next start of a motion
-    "step", ("u",), ("start", "start_map"), lambda _pattern, _frame: programs.STEP
-)
+# gives the start of the next call along a motion
+STEP = Call("step", ("u",), ("start", "start_map"), lambda _pattern, _frame: programs.STEP)
 
 
 class CallTracer:
@@ -82,9 +81,9 @@ class CallTracer:
     Args:
         model: the constants of the robot.
         pattern: pattern of the loads.
-        constants: values of the inputs that do not vary.
+        constants: values by name of the inputs that do not vary.
         frame: frame of the poses and Jacobians.
-        follows: whether loops without a closed form start from a closed configuration nearby.
+        follows: whether there are loops without a closed form, which follow a closed start nearby.
     """
 
     def __init__(
@@ -102,7 +101,7 @@ class CallTracer:
         self._follows = follows
 
     def start_names(self) -> tuple[str, ...]:
-        """Inputs for the start of a call, after its own inputs."""
+        """Names of the inputs for the start of a call; they come after the call's inputs."""
         return ("start", "start_map") if self._follows else ("guess",)
 
     def values(self, call: Call) -> Trace:
@@ -116,11 +115,13 @@ class CallTracer:
         return self._trace(call, run, call.name)
 
     def slopes(self, call: Call, by: Sequence[str]) -> Trace:
-        """Derivatives of the flat results by some inputs, rows by result.
+        """Derivatives (flat results, size of an input) by some inputs, one matrix after another.
+
+        Those that the call has no program for are differentiated from its trace.
 
         Args:
             call: the call.
-            by: the inputs, in order.
+            by: names of the inputs, in order.
         """
 
         def run(named: Mapping[str, Scalars]) -> Results:
@@ -143,23 +144,26 @@ class CallTracer:
     def _trace(
         self, call: Call, run: Callable[[Mapping[str, Scalars]], Results], label: str
     ) -> Trace:
+        """The trace of a function of named inputs, which are those of a call."""
         names = (*call.inputs, *self.start_names())
         sizes = [self._model.size(name) for name in names]
 
-        def text(*vectors: Scalars) -> Results:
+        def of_vectors(*vectors: Scalars) -> Results:
             return run(dict(zip(names, vectors, strict=True)))
 
-        return _with_kinds(trace(text, sizes, label))
+        return _with_kinds(trace(of_vectors, sizes, label))
 
     def _run(self, of_robot: OfRobot, named: Mapping[str, Scalars]) -> Results:
+        """The results of a program, with varied inputs by name."""
         program = of_robot(self._pattern, self._frame)
         if self._follows:
             program = program.from_start()
         values = {**self._constants, **named}
-        return program.run(self._model, Inputs(**{name: values[name] for name in program.inputs}))
+        inputs = {name: values[name] for name in program.inputs}
+        return program.run(self._model, Inputs(**inputs))
 
 
 def _with_kinds(traced: Trace) -> Trace:
-    """The trace with kinds of outcome as codes of its checks."""
+    """The trace with numbers of `OutcomeKind` as codes of its checks."""
     checks = [replace(one, code=int(Outcome.decode(one.code).kind)) for one in traced.checks]
     return replace(traced, checks=tuple(checks))

@@ -1,8 +1,8 @@
 """The calls of a robot as Functions of CasADi.
 
-dynamics = robot.casadi.forward_dynamics
-ddu, status = dynamics(u, du, tau)
-A = dynamics.jacobian()
+    dynamics = robot.casadi.forward_dynamics
+    ddu, status = dynamics(u, du, tau)
+    A = dynamics.jacobian()
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class CasadiCalls:
     """The calls of a robot in CasADi.
 
     Each is a `casadi.Function` of vectors (n,). Its outputs are the results and `status`: 0
-    (CLOSED), or the number of another `OutcomeKind`, whose results have no meaning. Derivatives,
-    maps and C code are CasADi's own. Gravity, loads and assembly modes are constants.
+    (CLOSED), or the number of another `OutcomeKind`. With another one the results have no meaning.
+    Derivatives, maps and C code are CasADi's own. Gravity, loads and assembly modes are constants.
 
     Loops without a closed form are closed from the reference configuration in one smooth move, or
     from another state, `robot.casadi.near(state)`. The status is JUMP if u is too far away.
@@ -72,7 +72,7 @@ class CasadiCalls:
         return CasadiCalls(self._closure, self._dynamics, loads, self._frame, self._state)
 
     def near(self, state: ClosedState) -> CasadiCalls:
-        """The same calls on the assembly mode of a state, and from there where loops are iterated.
+        """The same calls on the assembly mode of a state; iterated loops start from the state.
 
         Raises:
             InputError: the state is of another robot, a batch, or not closed.
@@ -113,14 +113,17 @@ class CasadiCalls:
         return self._function("minimal_form")
 
     def _function(self, name: str) -> Function:
+        """The Function of a call."""
         tracer = self._tracer
         call = CALL_BY_NAME[name]
-        text = re.sub(r"\W+|_+", "_", f"{self._closure.model.name}_{name}").strip("_")
         names = (*call.inputs, *tracer.start_names())
-        return casadi_functions.function(tracer.values(call), f"f_{text}", names, self._constants())
+        # CasADi allows letters, digits and single underscores
+        title = re.sub(r"\W+|_+", "_", f"{self._closure.model.name}_{name}").strip("_")
+        traced = tracer.values(call)
+        return casadi_functions.function(traced, f"f_{title}", names, self._constants())
 
     def _constants(self) -> dict[str, list[float]]:
-        """Gravity, and the start or the guess."""
+        """Gravity (3) [m/s^2], and what loops start from: `start` and `start_map`, or `guess`."""
         constants = {"gravity": list(self._loads.gravity)}
         if self._state is not None:
             constants["start"] = constants["guess"] = self._state.s.tolist()
@@ -135,6 +138,7 @@ class CasadiCalls:
 
     @lazy
     def _tracer(self) -> CallTracer:
+        """Traces the calls under these loads and on this assembly mode."""
         pattern, values = self._dynamics.pack(self._loads)
         constants = {name: array.tolist() for name, array in values.items()}
         signs = self._closure.signs if self._state is None else self._state.signs

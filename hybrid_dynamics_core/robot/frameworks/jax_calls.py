@@ -40,14 +40,13 @@ except ModuleNotFoundError as error:  # pragma: no cover
 Array = Any  # jax.Array
 Function = Callable[..., tuple[Any, Array]]
 CALL_BY_NAME = {call.name: call for call in (*CALLS, STEP)}
-_TOLERANCES_32 = {  # rounding of checks in 32 bits; what may be singular counts as singular
+_NOT_FINITE = int(OutcomeKind.NOT_FINITE)
+# rounding of checks in 32 bits: nearly closed counts as closed, nearly singular as singular
+_TOLERANCES_32 = {
     OutcomeKind.UNREACHABLE: 2e-5,
     OutcomeKind.JUMP: 2e-5,
     OutcomeKind.MASS_SINGULAR: -1e-6,
 }
-
-
-_NOT_FINITE = int(OutcomeKind.NOT_FINITE)
 
 
 class JaxStart(NamedTuple):
@@ -65,9 +64,9 @@ class JaxStart(NamedTuple):
 class JaxCalls:
     """The calls of a robot in JAX.
 
-    Every call takes one state, vectors (n,), or states side by side (..., n). Vectors are broadcast
-    against each other. A call returns its results and then `status`, an int32 array: 0 (CLOSED), or
-    another `OutcomeKind`. The results of a state with another status are NaN.
+    Every call takes vectors (n,) of one state, or (..., n) of states side by side. Vectors are
+    broadcast against each other. A call returns its results and then `status`, an int32 array: 0
+    (CLOSED), or the number of another `OutcomeKind`. With another one the results are NaN.
 
     The type is that of the arguments, float32 unless `jax_enable_x64` is set. In 32 bits results
     have about five digits, and the checks allow for that.
@@ -174,13 +173,15 @@ class JaxCalls:
             reference = self._closure.reference_start
             return JaxStart(reference.s, reference.velocity_map.reshape(-1))
         n_s, n = len(self._closure.model.coordinates), len(self._closure.model.active)
-        return JaxStart(self._closure.start, np.zeros(n_s * n))
+        return JaxStart(self._closure.start, np.zeros(n_s * n))  # closed forms need no R
 
     def _gravity(self, gravity: Array | None) -> Array:
+        """Gravity (..., 3) [m/s^2]; that of the loads if None."""
         return self._loads.gravity if gravity is None else gravity
 
     @lazy
     def _tracer(self) -> CallTracer:
+        """Traces the calls under these loads."""
         pattern, values = self._dynamics.pack(self._loads)
         constants = {name: array.tolist() for name, array in values.items()}
         constants["branch"] = self._closure.signs.tolist()
@@ -194,17 +195,24 @@ class JaxCalls:
         )
 
     def _call(self, name: str, start: JaxStart | None, **vectors: Array) -> tuple[Any, Array]:
-        """Call a compiled function with checked vectors, and shape its results."""
+        """Results of a call in their shapes, and status; it is compiled at its first use.
+
+        Args:
+            name: name of the call.
+            start: where loops start; the reference if None.
+            vectors: its inputs by name.
+        """
+        call = CALL_BY_NAME[name]
         given = start or self.start
         by_name = {**vectors, "start": given.s, "start_map": given.start_map, "guess": given.s}
-        names = (*CALL_BY_NAME[name].inputs, *self._tracer.start_names())
+        names = (*call.inputs, *self._tracer.start_names())
         if name not in self._functions:
-            self._functions[name] = jax.jit(self._function(CALL_BY_NAME[name]))
+            self._functions[name] = jax.jit(self._function(call))
         arrays = [self._checked(key, by_name[key]) for key in names]
         return self._functions[name](*arrays)
 
     def _checked(self, name: str, values: Array) -> Array:
-        """A vector of the right size, floating."""
+        """A floating vector (..., size of the input); raises InputError."""
         array = jnp.asarray(values)
         if not jnp.issubdtype(array.dtype, jnp.floating):
             array = array.astype(float)
@@ -218,31 +226,38 @@ class JaxCalls:
     def _function(self, call: Call) -> Callable[..., tuple[Any, Array]]:
         """The function of a call: vectors -> results in their shapes, status."""
         traced = self._tracer.values(call)
-        flat_of = _differentiable(call, traced, self._tracer)
+        evaluate = _differentiable(call, traced, self._tracer)
 
         def function(*vectors: Array) -> tuple[list[Array], Array]:
+            # gravity and the start are often of 64 bits, and do not choose the type
             by_name = zip(call.inputs, vectors, strict=False)
             dtype = jnp.result_type(*[vector for name, vector in by_name if name != "gravity"])
-            lanes = jnp.broadcast_shapes(*[vector.shape[:-1] for vector in vectors])
-            shared = [_shared(vector, dtype, lanes) for vector in vectors]
-            flat, status = flat_of(*shared)
-            return _shaped(flat, lanes, traced), status
+            batch = jnp.broadcast_shapes(*[vector.shape[:-1] for vector in vectors])
+            alike = [_alike(vector, dtype, batch) for vector in vectors]
+            flat, status = evaluate(*alike)
+            return _shaped(flat, batch, traced), status
 
         return function
 
 
-def _shared(vector: Array, dtype: Any, lanes: tuple[int, ...]) -> Array:
-    """A vector of the type and the leading axes of all."""
-    return jnp.broadcast_to(vector.astype(dtype), (*lanes, vector.shape[-1]))
+def _alike(vector: Array, dtype: Any, batch: tuple[int, ...]) -> Array:
+    """A vector of the type, and with the leading axes, that all vectors have."""
+    return jnp.broadcast_to(vector.astype(dtype), (*batch, vector.shape[-1]))
 
 
 def _differentiable(call: Call, traced: Trace, tracer: CallTracer) -> Function:
-    """Results and status as a function of vectors, with its exact derivatives."""
+    """Flat results (..., r) and status (...) of vectors (..., size), with exact derivatives.
+
+    Args:
+        call: the call.
+        traced: its trace.
+        tracer: traces its derivatives.
+    """
 
     def values(*vectors: Array) -> tuple[Array, Array]:
         parts = [_components(vector) for vector in vectors]
         outputs, status = jax_functions.evaluate(traced, parts, _tolerance(vectors[0].dtype))
-        if traced.live_blocks():  # after loops XLA would compute what results share for each result
+        if traced.live_blocks():  # else XLA would compute what results share once for each of them
             outputs = jax.lax.optimization_barrier(outputs)
         flat = jnp.stack(outputs, axis=-1)
         status = jnp.where(_are_finite(vectors), status, _NOT_FINITE)
@@ -253,16 +268,17 @@ def _differentiable(call: Call, traced: Trace, tracer: CallTracer) -> Function:
 
     def tangent(vectors: Any, tangents: Any) -> Any:
         outputs, status = function(*vectors)
-        moves = {}
+        moves = {}  # changes by name, of inputs that have one; the start is no input
         for name, move in zip(call.inputs, tangents, strict=False):
             if not isinstance(move, jax.custom_derivatives.SymbolicZero):
                 moves[name] = _components(move)
         change = jnp.zeros_like(outputs)
         if moves:
             parts = [_components(vector) for vector in vectors]
-            slopes, _ = jax_functions.evaluate(tracer.slopes(call, list(moves)), parts, _exactly)
+            derivatives = tracer.slopes(call, list(moves))
+            slopes, _ = jax_functions.evaluate(derivatives, parts, _exactly)
             change = _pushed(slopes, list(moves.values()), outputs.shape[-1])
-        no_change = np.zeros(status.shape, jax.dtypes.float0)
+        no_change = np.zeros(status.shape, jax.dtypes.float0)  # what JAX takes for integers
         return (outputs, status), (change, no_change)
 
     function.defjvp(tangent, symbolic_zeros=True)
@@ -271,10 +287,12 @@ def _differentiable(call: Call, traced: Trace, tracer: CallTracer) -> Function:
 
 
 def _components(vector: Array) -> list[Array]:
+    """The components (...) of a vector (..., size)."""
     return [vector[..., k] for k in range(vector.shape[-1])]
 
 
 def _are_finite(vectors: Iterable[Array]) -> Array:
+    """Whether all components of vectors (..., size) are finite (...)."""
     result: Array = True
     for vector in vectors:
         result = result & jnp.all(jnp.isfinite(vector), axis=-1)
@@ -282,7 +300,13 @@ def _are_finite(vectors: Iterable[Array]) -> Array:
 
 
 def _pushed(slopes: list[Array], moves: list[list[Array]], count: int) -> Array:
-    """Sum of derivative times change over the inputs, for each of so many results."""
+    """Changes (..., count) of results: derivatives times changes of the inputs.
+
+    Args:
+        slopes: derivatives (...) by each input, row by row.
+        moves: changes of the components (...) of each input.
+        count: number of results.
+    """
     totals: list[Array] = [0.0] * count
     first = 0
     for move in moves:
@@ -293,18 +317,19 @@ def _pushed(slopes: list[Array], moves: list[list[Array]], count: int) -> Array:
     return jnp.stack(totals, axis=-1)
 
 
-def _shaped(flat: Array, lanes: tuple[int, ...], traced: Trace) -> list[Array]:
-    """The results in their shapes."""
+def _shaped(flat: Array, batch: tuple[int, ...], traced: Trace) -> list[Array]:
+    """The results in their shapes, after the leading axes."""
     results = []
     first = 0
     for _, shape in traced.layout:
         last = first + math.prod(shape)
-        results.append(flat[..., first:last].reshape(*lanes, *shape))
+        results.append(flat[..., first:last].reshape(*batch, *shape))
         first = last
     return results
 
 
 def _exactly(_check: Check) -> float:
+    """No tolerance for a check."""
     return 0.0
 
 
