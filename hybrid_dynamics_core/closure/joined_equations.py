@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -47,11 +48,11 @@ def joined_blocks(
             redundant equations do not change where it is singular.
     """
     start = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
-    unknowns = sorted(k for block in blocks for k in block.unknowns)
+    unknowns = sorted(chain.from_iterable(block.unknowns for block in blocks))
     samples = _jacobians(tree, loops, start, unknowns)
     rows = {equation: row for row, equation in enumerate(equations_of(loops))}
     comparison = _Comparison(rows, samples)
-    equations = [equation for block in blocks for equation in block.equations]
+    equations = list(chain.from_iterable(block.equations for block in blocks))
     everything = EquationBlock((*equations, *redundant), tuple(unknowns))
     joined = _with_redundant(blocks, redundant)
     for k, block in enumerate(blocks):

@@ -1,8 +1,8 @@
 """Inverse dynamics of the spanning tree for closed loops, in axes that links have in common.
 
 A moment about z of common axes acts along the coordinates of the link's absolute angle. These leave
-out coordinates that follow from others. So the forces f along s are not those of the open tree, but
-their projection R^T f is the same. `TreeDynamics` has the plain equations; tests compare the two.
+out coordinates that follow from others. So forces f along s are not those of the open tree. Their
+projection R^T f is the same. `TreeDynamics` has the plain equations; tests compare the two.
 
 Axes turn with omega, and have the acceleration map U. A link that turns about their z at a rate p
 relative to them has

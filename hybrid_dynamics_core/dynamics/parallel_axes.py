@@ -1,9 +1,9 @@
 """Axes that links with parallel joints have in common.
 
 Links that turn about parallel axes, relative to one link that carries them all, need no axes of
-their own. Their vectors are in axes of the carrier, with z along the joints, and each link is
-turned about z by an absolute angle: the sum of the joint angles on the way to it. Linear equations
-of parallelograms shorten this sum. A link that stays parallel to the carrier has an empty one.
+their own. Their vectors are in axes of the carrier, with z along the joints. Each link is turned
+about z by an absolute angle: the sum of the joint angles on the way to it. Linear equations of
+parallelograms shorten this sum. A link that stays parallel to the carrier has an empty one.
 """
 
 from __future__ import annotations

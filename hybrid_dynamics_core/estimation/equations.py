@@ -191,7 +191,7 @@ class Modelling:
     def _to_drives(self, run: MeasuredRun) -> Array:
         """Maps (N, k, n) from tau to the efforts of the drives.
 
-        By virtual work tau = R_d^T f, with R_d (n, n) the rows of R of all drives and idle joints.
+        By virtual work tau = R_d^T f. R_d (n, n) has the rows of R of drives and idle joints.
         """
         robot = self.robot
         determining = [*robot.drives, *robot.idle]

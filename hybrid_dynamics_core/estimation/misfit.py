@@ -69,6 +69,7 @@ def _check_chambers(run: MeasuredRun, blocks: Blocks, unknowns: Unknowns) -> Non
         changes[name] = blocks.means(run.exchanged[name] - run.efforts[:, k])
 
     def cost(exchanged: tuple[str, ...]) -> float:
+        """What a fit leaves if the chambers of some cylinders are exchanged."""
         target = blocks.target.copy()
         for name in exchanged:
             target[:, run.drives.index(name)] += changes[name]

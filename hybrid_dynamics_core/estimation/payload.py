@@ -49,8 +49,8 @@ class PayloadEstimate:
         deviation: standard deviation of the mass [kg].
         com: (3,) centre of mass in the frame [m]; NaN along axes that the motion does not show.
         com_deviation: (3,) its standard deviation [m].
-        quality: "good" if half the interval is up to 2 % of the mass of load and tool together,
-            "fair" up to 6 %, "poor" otherwise.
+        quality: half the interval as a share of the mass of load and tool: "good" up to 2 %,
+            "fair" up to 6 %, "poor" above.
         friction: estimated Coulomb friction by drive [N m, N].
         used: share of the samples that show the load.
         span: first and last time that shows the load [s]; (nan, nan) without times.

@@ -143,6 +143,7 @@ class _Stages:
         return self._nodes[x.index]
 
     def _node(self, index: int) -> Expression:
+        """The expression of a node whose operands have one."""
         op, a, b = self._trace.graph.nodes[index]
         if op == "input":
             return self._vectors[int(a)][int(b)]

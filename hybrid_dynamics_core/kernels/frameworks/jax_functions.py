@@ -89,9 +89,11 @@ class _Nodes:
         return self._values[x.index] if isinstance(x, Symbol) else self._zero + float(x)
 
     def _operand(self, x: int | float) -> Array:
+        """The value of a node, or a constant."""
         return self._values[x] if isinstance(x, int) else x
 
     def _node(self, index: int) -> Array:
+        """The value of a node whose operands are computed."""
         op, a, b = self._trace.graph.nodes[index]
         if op == "input":
             return self._vectors[int(a)][int(b)]
@@ -147,12 +149,14 @@ def _solved(
     """
 
     def equations(x: Sequence[Array], p: Sequence[Array]) -> list[Array]:
+        """Residuals, then their derivatives by the unknowns row by row."""
         return evaluate(body, (x, p), _exactly).outputs
 
     def values(guess: Sequence[Array], p: Sequence[Array]) -> list[Array]:
         return _newton(equations, size, guess, p)
 
     def tangent(primals: Vectors, tangents: Vectors) -> tuple[list[Array], list[Array]]:
+        """The solution with its change: that of the guess does not matter."""
         *x, count = solve(*primals)
         p, move = primals[1], tangents[1]
         _, slopes = jax.jvp(lambda p: equations(x, p)[:size], (p,), (move,))
@@ -167,6 +171,7 @@ def _solved(
 
 
 def _exactly(_check: Check) -> float:
+    """No tolerance for a check."""
     return 0.0
 
 
@@ -184,6 +189,7 @@ def _newton(
     small = SMALL_STEP if like.dtype == jnp.float64 else _SMALL_STEP_32
 
     def advance(state: _Iteration) -> _Iteration:
+        """One step of all states that are still iterated."""
         values = equations(state.x, p)
         step = _solve_linear(_rows(values[size:], size), values[:size])
         longest = _maximum([jnp.abs(x) for x in step])

@@ -197,6 +197,7 @@ def _part_sums(terms: Terms) -> list[Pair]:
 
 
 def _factors(term: Term) -> Factors:
+    """The factors of a term, which order terms."""
     return term[1]
 
 

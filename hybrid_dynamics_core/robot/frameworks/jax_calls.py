@@ -267,6 +267,7 @@ def _differentiable(call: Call, traced: Trace, tracer: CallTracer) -> Function:
     function: Any = jax.custom_jvp(values)
 
     def tangent(vectors: Any, tangents: Any) -> Any:
+        """Results with their changes, by the derivatives for the inputs that change."""
         outputs, status = function(*vectors)
         moves = {}  # changes by name, of inputs that have one; the start is no input
         for name, move in zip(call.inputs, tangents, strict=False):
