@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,59 +17,12 @@ from ..ground.check_arguments import real_number
 from ..ground.check_arrays import mapping_of, real_array
 from ..ground.suggestions import no_such_name
 from .box_image import BoxImage, UnlimitedError, solutions
+from .machine import Machine
 from .polytope import Polytope, hull
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")  # forces or translations, moments or rotations
 AT_LIMIT = 1e-6  # share of a range within which a force is at its limit
 STILL = 1e-9  # speed over the largest entry of a Jacobian, below which a frame does not move
-
-
-class Machine(Protocol):
-    """What a capability needs of a robot."""
-
-    @property
-    def active(self) -> tuple[str, ...]:
-        """Names of active coordinates."""
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of all coordinates."""
-
-    @property
-    def end_effector(self) -> str:
-        """Name of the end effector."""
-
-    @property
-    def all_drives(self) -> tuple[str, ...]:
-        """Names of all drives."""
-
-    @property
-    def effort_ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Least and greatest effort by drive [N m, N]."""
-
-    @property
-    def rate_ranges(self) -> Mapping[str, float]:
-        """Largest rate by coordinate [rad/s, m/s]."""
-
-    @property
-    def loads(self) -> Loads:
-        """Loads of the description."""
-
-    def drive_rates(self, state: ClosedState) -> Array:
-        """Rates (m, n) of the drives, each column at unit rate of an active coordinate."""
-
-    def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
-        """Jacobian (6, n) of a frame, linear before angular."""
-
-    def inverse_dynamics(
-        self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
-    ) -> Array:
-        """Efforts (n,) of the active coordinates [N m, N]."""
-
-    def minimal_form(
-        self, state: ClosedState, loads: Loads | None = None
-    ) -> tuple[Array, Array, Array]:
-        """Mass matrix (n, n), then the terms of rates and of gravity (n,)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from ..ground.suggestions import no_such_name
 from ..kinematics.closed_kinematics import ClosedKinematics
 from ..kinematics.workspace import SampleStatus, margins_at
 from .box_image import solutions
-from .capability import Machine, largest, limits_of
+from .capability import largest, limits_of
+from .machine import Machine
 
 CELLS = 36  # states along each of the two joints
 INSET = 1e-6  # share of a range, since rounding may put its very ends outside

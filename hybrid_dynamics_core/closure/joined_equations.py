@@ -116,7 +116,8 @@ class _Comparison:
             shares = np.maximum(shares, np.abs(factors.T))
         ties: list[list[Equation]] = []
         for row in shares:
-            ties.append([equations[int(k)] for k in np.flatnonzero(row > PART)])
+            indices = np.flatnonzero(row > PART).tolist()
+            ties.append([equations[k] for k in indices])
         return ties
 
     def _size(self, sample: Array, blocks: Blocks) -> float:

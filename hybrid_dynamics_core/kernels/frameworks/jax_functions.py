@@ -108,9 +108,7 @@ class _Nodes:
         """The results of a block, computed once."""
         if number not in self._blocks:
             block = self._trace.graph.blocks[number]
-            arguments: list[list[Array]] = []
-            for vector in block.arguments:
-                arguments.append([self.array(x) for x in vector])
+            arguments = [list(map(self.array, vector)) for vector in block.arguments]
             arguments = lax.optimization_barrier(arguments)
             if block.body is None:
                 self._blocks[number] = _inverted(arguments[0], block.size)

@@ -109,9 +109,7 @@ class _Copy:
             self._copies[index] = self.target.input(int(a), int(b))
         elif op == "block":
             block = self._source.blocks[int(a)]
-            arguments: list[list[Operand]] = []
-            for vector in block.arguments:
-                arguments.append([self.value(x) for x in vector])
+            arguments = [list(map(self.value, vector)) for vector in block.arguments]
             outputs = self.target.block(
                 block.kind, block.size, block.outputs, arguments, block.body
             )

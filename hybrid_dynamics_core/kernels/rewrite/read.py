@@ -46,10 +46,8 @@ class Sums:
         self.checks = [self._operand(check.value) for check in trace.checks]
         self.blocks: dict[int, list[list[Value]]] = {}
         for number in trace.live_blocks():
-            vectors: list[list[Value]] = []
-            for vector in self._graph.blocks[number].arguments:
-                vectors.append([self._operand(x) for x in vector])
-            self.blocks[number] = vectors
+            arguments = self._graph.blocks[number].arguments
+            self.blocks[number] = [list(map(self._operand, vector)) for vector in arguments]
 
     def _node(self, index: int) -> Sum:
         """A node as a sum of products of atoms."""

@@ -110,9 +110,7 @@ class _Writer:
         if op != "block":
             return self._graph.keep(op, self._value(a), self._value(b))
         block = self._sums.trace.graph.blocks[int(a)]
-        arguments: list[list[Operand]] = []
-        for vector in self._sums.blocks[int(a)]:
-            arguments.append([self._value(x) for x in vector])
+        arguments = [list(map(self._value, vector)) for vector in self._sums.blocks[int(a)]]
         outputs = self._graph.block(block.kind, block.size, block.outputs, arguments, block.body)
         return outputs[int(b)]
 

@@ -3,6 +3,8 @@
     dynamics = robot.casadi.forward_dynamics
     ddu, status = dynamics(u, du, tau)
     A = dynamics.jacobian()
+
+Derivatives, maps and C code are CasADi's own.
 """
 
 from __future__ import annotations
