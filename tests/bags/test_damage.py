@@ -321,11 +321,14 @@ def test_wrong_bags_are_told_in_words(forging, tmp_path):
 def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
     write_trajectory(tmp_path / "in", simulated(forging, 60.0, 3000.0), INPUT, {})
     command = ["bag", "process", "in", "out", "--robot", "forging_chu2020"]
+    # A shell's background jobs ignore the signal. No function runs between fork and exec: other
+    # tests may have left threads.
+    start = "import signal, runpy; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    start += "runpy.run_module('hybrid_dynamics_cli', run_name='__main__', alter_sys=True)"
     done = subprocess.Popen(
-        [sys.executable, "-m", "hybrid_dynamics_cli", *command],
+        [sys.executable, "-c", start, *command],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - a shell's background jobs ignore it
     )
     deadline = time.monotonic() + 60.0
     while not any(tmp_path.glob(".out.*/out/out.mcap")):

@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, reject
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import ClosedState, Robot
 from hybrid_dynamics_core.closure.blocks.leg_blocks import BallJointBlock
 from hybrid_dynamics_core.closure.constraints import from_description
 from hybrid_dynamics_core.dynamics.regrouped import regrouped
+from hybrid_dynamics_core.errors import StateError
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.generated.assembly import unit
 from tests.laws.test_loads import heavy_loads
@@ -93,6 +94,14 @@ def welded(seed: int, kind: str) -> Robot:
     return Robot(parse_description(yaml.safe_dump(data, sort_keys=False)))
 
 
+def closed(robot: Robot, u: np.ndarray, du: np.ndarray) -> ClosedState:
+    """A state near zero; random robots that are too near a singular place for it do not count."""
+    try:
+        return robot.close(u, du)
+    except StateError:
+        reject()
+
+
 @given(seed=st.integers(0, 10**6))
 @examples(10)
 @pytest.mark.parametrize("kind", ["hinges", "ball"])
@@ -105,7 +114,8 @@ def test_a_weld_cut_at_a_ball_joint_is_the_weld(kind: str, seed: int) -> None:
     assert len(whole._model.plan.blocks) == 1
     rng = np.random.default_rng(seed)
     u, du, ddu = 0.03 * rng.uniform(-1.0, 1.0, 2), *rng.uniform(-1.0, 1.0, (2, 2))
-    state, expected = cut.close(u, du), whole.close(u, du)
+    expected = closed(whole, u, du)
+    state = cut.close(u, du)
     scale = max(1.0, float(np.abs(expected.R).max()) ** 2)
     assert state.s == pytest.approx(expected.s, abs=ROUNDING * scale)
     assert state.ds == pytest.approx(expected.ds, abs=ROUNDING * scale)
@@ -124,8 +134,9 @@ def test_links_behind_the_joint_carry_no_mass_in_efforts(kind: str, seed: int) -
     machine = welded(seed, kind)
     rng = np.random.default_rng(seed)
     u, du = 0.03 * rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0, 2)
+    state = closed(machine, u, du)
     for loads in (machine.loads, heavy_loads(machine)):
-        require_equal(machine, [machine.close(u, du)], loads)
+        require_equal(machine, [state], loads)
     model = machine._model.program_model
     tree = regrouped(model.tree, model.plan, machine.description.closures)
     behind = [body for body in tree.bodies if body.name.startswith("a")][2:]
