@@ -112,6 +112,9 @@ u_option = vector_option(
     "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
 )
 du_option = vector_option("--du", help="Their rates [per second]; zero where left out.")
+ddu_option = vector_option(
+    "--ddu", help="Their accelerations [per second squared]; zero where left out."
+)
 
 
 def frame_option(text: str) -> Callable[[Command], Command]:
@@ -214,6 +217,16 @@ def closed(machine: Robot, u: str | None, du: str | None) -> ClosedState:
     zero = np.zeros(len(active))
     rates = vector("--du", du, active, zero, coordinate_units(machine, "/s"))
     return machine.close(values, rates)
+
+
+def accelerations_of(machine: Robot, ddu: str | None) -> Array:
+    """The active accelerations (n,) for the option --ddu.
+
+    Raises:
+        InputError, click.BadParameter: from `vector`.
+    """
+    active = machine.active
+    return vector("--ddu", ddu, active, np.zeros(len(active)), coordinate_units(machine, "/s^2"))
 
 
 def _index(option: str, text: str, part: str, names: Sequence[str], position: int) -> int:

@@ -12,16 +12,15 @@ from hybrid_dynamics_core import InputError
 from ..load_options import load_options, loads_of
 from ..output import show, table
 from ..parameters import (
+    accelerations_of,
     closed,
+    ddu_option,
     du_option,
     json_option,
     loaded,
     robot_argument,
     u_option,
-    vector,
-    vector_option,
 )
-from ..quantities import coordinate_units
 
 BAR = 1e5  # [Pa]
 LITRES = 6e4  # [l/min] in a m^3/s
@@ -37,7 +36,7 @@ Examples:
 @robot_argument
 @u_option
 @du_option
-@vector_option("--ddu", help="Their accelerations [per second squared]; zero where left out.")
+@ddu_option
 @load_options
 @json_option
 def command(
@@ -59,9 +58,7 @@ def command(
     if not machine.cylinders:
         raise InputError(f"{machine.name} has no hydraulic cylinder in its description")
     state = closed(machine, u, du)
-    zero = np.zeros(len(machine.active))
-    units = coordinate_units(machine, "/s^2")
-    accelerations = vector("--ddu", ddu, machine.active, zero, units)
+    accelerations = accelerations_of(machine, ddu)
     loads = loads_of(machine, payload, com, wrench, frame)
     tau = machine.inverse_dynamics(state, accelerations, loads)
     data = {}

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import click
-import numpy as np
 
 from hybrid_dynamics_core.ground.units import effort_unit
 
@@ -13,16 +12,15 @@ from ..limits import beyond
 from ..load_options import load_options, loads_of
 from ..output import by_name, show, table
 from ..parameters import (
+    accelerations_of,
     closed,
+    ddu_option,
     du_option,
     json_option,
     loaded,
     robot_argument,
     u_option,
-    vector,
-    vector_option,
 )
-from ..quantities import coordinate_units
 
 HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]
 EPILOG = """\b
@@ -37,7 +35,7 @@ Examples:
 @robot_argument
 @u_option
 @du_option
-@vector_option("--ddu", help="Their accelerations [per second squared]; zero where left out.")
+@ddu_option
 @load_options
 @json_option
 def command(
@@ -58,13 +56,7 @@ def command(
     """
     machine = loaded(robot)
     state = closed(machine, u, du)
-    accelerations = vector(
-        "--ddu",
-        ddu,
-        machine.active,
-        np.zeros(len(machine.active)),
-        coordinate_units(machine, "/s^2"),
-    )
+    accelerations = accelerations_of(machine, ddu)
     loads = loads_of(machine, payload, com, wrench, frame)
     tau = machine.inverse_dynamics(state, accelerations, loads)
     mass_matrix, speed, weight = machine.minimal_form(state, loads)

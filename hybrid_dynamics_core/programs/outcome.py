@@ -6,6 +6,7 @@ the closure plan. Negative codes stand in `kernels.status`. This module alone kn
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from ..kernels import status
 from ..kernels.run import Codes
+from ..kernels.trace import Trace
 
 NO_BLOCK = -1
 
@@ -75,3 +77,9 @@ def kinds(codes: Codes) -> Codes:
     for code, kind in _KINDS.items():
         result = np.where(codes == code, kind, result)
     return result
+
+
+def with_kinds(traced: Trace) -> Trace:
+    """The trace with numbers of `OutcomeKind` as codes of its checks."""
+    checks = [replace(one, code=int(Outcome.decode(one.code).kind)) for one in traced.checks]
+    return replace(traced, checks=tuple(checks))

@@ -15,8 +15,9 @@ from ...errors import InputError
 from ...kernels.graph import Graph
 from ...kernels.trace import Results, Trace, trace, trace_of
 from ...mechanism.tree import frame_offset
-from ...programs import Inputs, Outcome, Program
+from ...programs import Inputs, Program
 from ...programs.closure import closed_motion
+from ...programs.outcome import with_kinds
 from ...robot.model import RobotModel
 from ...robot.robot import Robot
 from .calls import FRICTION, GUESS, PINS, Call, Setting
@@ -208,14 +209,11 @@ class Tracer:
 
     def _checked(self, traced: Trace) -> Trace:
         """The trace with kinds of outcome as codes, and with thresholds of its precision."""
-        checks = []
-        for check in traced.checks:
-            public = check
-            if self._real == "float":
-                public = loosened(check, len(self._machine.plan.blocks))
-            kind = Outcome.decode(check.code).kind
-            checks.append(replace(public, code=int(kind)))
-        return replace(traced, checks=tuple(checks))
+        if self._real == "float":
+            blocks = len(self._machine.plan.blocks)
+            checks = [loosened(check, blocks) for check in traced.checks]
+            traced = replace(traced, checks=tuple(checks))
+        return with_kinds(traced)
 
     def _pattern_of(self, call: Call) -> LoadPattern:
         """The pattern for a call; friction without effect on it is no argument."""

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from ... import programs
 from ...algebra.scalar import Scalars
 from ...description.model import Frame
 from ...dynamics.load_pattern import LoadPattern
+from ...dynamics.loads import Loads
+from ...ground.arrays import Array
 from ...kernels.differentiate import jacobian
 from ...kernels.trace import Results, Trace, flatten, trace
-from ...programs import Inputs, Outcome, Program
-from ...programs.model import Model
+from ...programs import Inputs, Program
+from ...programs.outcome import with_kinds
+from ..closure import Closure
+from ..dynamics import Dynamics
 
 OfRobot = Callable[[LoadPattern, Frame], Program]
 
@@ -79,26 +83,28 @@ class CallTracer:
     """Traces calls of a robot under loads.
 
     Args:
-        model: the constants of the robot.
-        pattern: pattern of the loads.
-        constants: values by name of the inputs that do not vary.
-        frame: frame of the poses and Jacobians.
-        follows: whether there are loops without a closed form, which follow a closed start nearby.
+        closure: closes its loops.
+        dynamics: packs its loads.
+        loads: the loads.
+        frame: name of the frame of poses and Jacobians; the end effector if None.
+        signs: branch signs and charts, constants of the traces.
     """
 
     def __init__(
         self,
-        model: Model,
-        pattern: LoadPattern,
-        constants: Mapping[str, Scalars],
-        frame: Frame,
-        follows: bool,
+        closure: Closure,
+        dynamics: Dynamics,
+        loads: Loads,
+        frame: str | None,
+        signs: Array,
     ) -> None:
-        self._model = model
-        self._pattern = pattern
-        self._constants = constants
-        self._frame = frame
-        self._follows = follows
+        self._model = closure.model.program_model
+        self._pattern, values = dynamics.pack(loads)
+        self._constants: dict[str, Scalars] = {"branch": signs.tolist()}
+        for name, array in values.items():
+            self._constants[name] = array.tolist()
+        self._frame = closure.model.frame(frame)
+        self._follows = closure.is_followed
 
     def start_names(self) -> tuple[str, ...]:
         """Names of the inputs for the start of a call; they come after the call's inputs."""
@@ -151,7 +157,7 @@ class CallTracer:
         def of_vectors(*vectors: Scalars) -> Results:
             return run(dict(zip(names, vectors, strict=True)))
 
-        return _with_kinds(trace(of_vectors, sizes, label))
+        return with_kinds(trace(of_vectors, sizes, label))
 
     def _run(self, of_robot: OfRobot, named: Mapping[str, Scalars]) -> Results:
         """The results of a program, with varied inputs by name."""
@@ -161,9 +167,3 @@ class CallTracer:
         values = {**self._constants, **named}
         inputs = {name: values[name] for name in program.inputs}
         return program.run(self._model, Inputs(**inputs))
-
-
-def _with_kinds(traced: Trace) -> Trace:
-    """The trace with numbers of `OutcomeKind` as codes of its checks."""
-    checks = [replace(one, code=int(Outcome.decode(one.code).kind)) for one in traced.checks]
-    return replace(traced, checks=tuple(checks))

@@ -141,15 +141,5 @@ class CasadiCalls:
     @lazy
     def _tracer(self) -> CallTracer:
         """Traces the calls under these loads and on this assembly mode."""
-        pattern, values = self._dynamics.pack(self._loads)
-        constants = {name: array.tolist() for name, array in values.items()}
         signs = self._closure.signs if self._state is None else self._state.signs
-        constants["branch"] = signs.tolist()
-        model = self._closure.model
-        return CallTracer(
-            model.program_model,
-            pattern,
-            constants,
-            model.frame(self._frame),
-            self._closure.is_followed,
-        )
+        return CallTracer(self._closure, self._dynamics, self._loads, self._frame, signs)

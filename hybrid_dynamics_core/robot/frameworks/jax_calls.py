@@ -182,16 +182,8 @@ class JaxCalls:
     @lazy
     def _tracer(self) -> CallTracer:
         """Traces the calls under these loads."""
-        pattern, values = self._dynamics.pack(self._loads)
-        constants = {name: array.tolist() for name, array in values.items()}
-        constants["branch"] = self._closure.signs.tolist()
-        model = self._closure.model
         return CallTracer(
-            model.program_model,
-            pattern,
-            constants,
-            model.frame(self._frame),
-            self._closure.is_followed,
+            self._closure, self._dynamics, self._loads, self._frame, self._closure.signs
         )
 
     def _call(self, name: str, start: JaxStart | None, **vectors: Array) -> tuple[Any, Array]:
