@@ -15,7 +15,7 @@ from ..ground.arrays import Array
 from ..ground.check_arrays import real_array
 from .closed_kinematics import ClosedKinematics
 from .ik_descent import IKStatus
-from .ik_problem import close
+from .ik_problem import SOLVED, close
 from .inverse_kinematics import IKResult, solve_inverse_kinematics
 from .pose import Pose
 
@@ -58,28 +58,39 @@ class IKBatch(IKResult):
         return np.array([result.status is IKStatus.SOLVED for result in self.results])
 
 
-def inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
+def inverse_kinematics(  # noqa: PLR0913, PLR0917 - a method of robots
     robot: ClosedKinematics,
     target: ArrayLike | Pose,
-    seed: ArrayLike | None,
-    all_solutions: bool,
-    mask: Sequence[bool] | None,
-    near: ClosedState | None,
-    tolerance: float,
+    seed: ArrayLike | None = None,
+    all_solutions: bool = False,
+    mask: Sequence[bool] | None = None,
+    near: ClosedState | None = None,
+    tolerance: float = SOLVED,
 ) -> IKResult:
-    """The result for one target, or an `IKBatch` for N targets.
+    """Active coordinates within `limits` that bring the end effector to a target.
+
+    The search starts at `seed`, by default at `near` or the reference. If that fails, or if all
+    solutions are requested, a fixed set of starts over the limits follows.
 
     Args:
         robot: the robot.
-        target: position (3,) or (N, 3) [m], or a Pose of one or N.
+        target: position (3,) [m] or Pose in the base frame; for a batch, (N, 3) or a Pose of N.
         seed: active coordinates (n,) or (N, n) to start from [rad, m].
         all_solutions: whether to search for all solutions.
-        mask: selects x, y, z and the rotation about x, y, z.
-        near: closed state whose assembly modes are kept, one or one for each target.
-        tolerance: residual [m] below which a target counts as reached.
+        mask: selects x, y, z and the rotation about x, y, z, in base axes; None: all that the
+            target gives.
+        near: closed state whose assembly modes are kept, one or one for each target; the robot's
+            modes if None.
+        tolerance: `residual` [m] below which the target counts as reached. If the target has more
+            coordinates than the robot has freedoms, choose it above the target's rounding.
+
+    Returns:
+        The solution, with a `status` that says why the search ended. For a batch, an `IKBatch`
+        with N of each; rows are independent.
 
     Raises:
-        InputError: an argument is wrong; in a batch the message begins with the row.
+        InputError: an argument is wrong, or the target is too far away for floats. In a batch the
+            message begins with the row.
     """
     targets = _rows_of(target)
     if targets is None:

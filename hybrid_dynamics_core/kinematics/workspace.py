@@ -153,21 +153,29 @@ def find_workspace(
     count: int = COUNT,
     frame: str | None = None,
     ranges: Ranges | None = None,
-    shown: bool | None = None,
     held: Mapping[str, float] | None = None,
+    shown: bool | None = None,
 ) -> Workspace:
-    """The workspace of a frame.
+    """The workspace of a frame by samples, with distances to singularities and limits.
+
+    Further samples are taken near the ends of ranges and near the extremes. The `status` of a
+    sample says whether it closes. Runs of more than a second show their progress on a terminal.
 
     Args:
         robot: the robot.
-        count: samples that fill the ranges evenly.
-        frame: name of a frame or link; the end effector if None.
+        count: number of samples that are evenly distributed over the active coordinates within
+            `limits`.
+        frame: name in `frames`; the end effector if None.
         ranges: narrower ranges by name [rad, m].
-        shown: whether to show progress; None: on terminals, for long runs.
         held: constant coordinates by name [rad, m].
+        shown: whether to show progress; None: on terminals, for long runs.
+
+    Returns:
+        The samples.
 
     Raises:
-        InputError: count is below 1, or a range or constant coordinate is wrong; nothing moves.
+        InputError: count is below 1, nothing moves, a range is empty or outside of the limits, or
+            a constant coordinate is not active, not finite, or has a range too.
     """
     count = integer("count", count)
     if not robot.active:

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from numpy.typing import ArrayLike
-
 from ..capability import capability_at
-from ..closed_state.state import ClosedState
 from ..description.actuators import HydraulicCylinder
 from ..description.model import JointType, RobotDescription
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
 from ..kinematics.ik_batch import inverse_kinematics
-from ..kinematics.ik_problem import SOLVED
-from ..kinematics.inverse_kinematics import IKResult
-from ..kinematics.pose import Pose
 from ..kinematics.pose_chain import PoseChain
-from ..kinematics.workspace import COUNT, Workspace, find_workspace
+from ..kinematics.workspace import find_workspace
 from .actuation import Actuation
 from .closure import Closure
 from .compiled_calls import RobotKernels
@@ -236,67 +230,8 @@ class Robot:
         """
         return self._kinematics.pose_chain
 
-    def inverse_kinematics(
-        self,
-        target: ArrayLike | Pose,
-        seed: ArrayLike | None = None,
-        all_solutions: bool = False,
-        mask: Sequence[bool] | None = None,
-        near: ClosedState | None = None,
-        tolerance: float = SOLVED,
-    ) -> IKResult:
-        """Active coordinates within `limits` that bring the end effector to a target.
-
-        The search starts at `seed`, by default at `near` or the reference. If that fails, or if all
-        solutions are requested, a fixed set of starts over the limits follows.
-
-        Args:
-            target: position (3,) [m] or Pose in the base frame; for a batch, (N, 3) or a Pose of N.
-            seed: active coordinates (n,) or (N, n) to start from [rad, m].
-            all_solutions: whether to search for all solutions.
-            mask: selects x, y, z and the rotation about x, y, z, in base axes; None: all that the
-                target gives.
-            near: closed state whose assembly modes are kept, one or one for each target; the
-                robot's modes if None.
-            tolerance: `residual` [m] below which the target counts as reached. If the target has
-                more coordinates than the robot has freedoms, choose it above the target's rounding.
-
-        Returns:
-            The solution, with a `status` that says why the search ended. For a batch, an `IKBatch`
-            with N of each; rows are independent.
-
-        Raises:
-            InputError: an argument is wrong, or the target is too far away for floats.
-        """
-        return inverse_kinematics(self, target, seed, all_solutions, mask, near, tolerance)
-
-    def workspace(
-        self,
-        count: int = COUNT,
-        frame: str | None = None,
-        ranges: Mapping[str, tuple[float, float]] | None = None,
-        held: Mapping[str, float] | None = None,
-    ) -> Workspace:
-        """The workspace of a frame by samples, with distances to singularities and limits.
-
-        Further samples are taken near the ends of ranges and near the extremes. The `status` of a
-        sample says whether it closes. Runs of more than a second show their progress on a terminal.
-
-        Args:
-            count: number of samples that are evenly distributed over the active coordinates within
-                `limits`.
-            frame: name in `frames`; the end effector if None.
-            ranges: narrower ranges by name [rad, m].
-            held: constant coordinates by name [rad, m].
-
-        Returns:
-            The samples.
-
-        Raises:
-            InputError: a range is empty or outside of the limits, or a constant coordinate is not
-                active, not finite, or has a range too.
-        """
-        return find_workspace(self, count, frame, ranges, held=held)
+    inverse_kinematics = inverse_kinematics  # functions of the robot
+    workspace = find_workspace
 
     # -- dynamics
 
