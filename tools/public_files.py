@@ -137,7 +137,8 @@ def robot_of(file: Path, **effects: float) -> Robot:
 
 def tried_in_pinocchio(file: Path, most: int) -> list[str]:
     """Outcome, freedoms, largest difference and reason, without springs and dry friction."""
-    from pinocchio_files import NotComparedError, PinocchioFile, difference  # noqa: PLC0415
+    from pinocchio_files import PinocchioFile  # noqa: PLC0415
+    from pinocchio_motion import NotComparedError, difference  # noqa: PLC0415
 
     try:
         robot = robot_of(file, coulomb=0.0, stiffness=0.0, preload=0.0)

@@ -5,7 +5,7 @@ Ties, couplings and rotors are read once more by the tool, so both readings have
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -19,16 +19,12 @@ from tests.docs.blocks import ROOT
 SAME = 1e-9
 
 
-def tool() -> ModuleType:
-    """tools/pinocchio_files.py, which is no part of a package."""
-    name = "pinocchio_files"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
-        assert spec is not None
-        assert spec.loader is not None
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
+def tool(name: str) -> ModuleType:
+    """A module of tools/, which is no package."""
+    folder = str(ROOT / "tools")
+    if folder not in sys.path:
+        sys.path.append(folder)
+    return importlib.import_module(name)
 
 
 def link(name: str, mass: float) -> str:
@@ -92,12 +88,12 @@ FILES = {
 def compared(file: Path, moves: tuple[float, float] = (-0.2, 0.2)) -> None:
     """The same numbers at three states, and no gaps."""
     robot = load(file)
-    other = tool().PinocchioFile(file)
+    other = tool("pinocchio_files").PinocchioFile(file)
     rng = np.random.default_rng(2)
     for _ in range(3):
         u = robot.reference + rng.uniform(*moves, len(robot.active))
         state = robot.close(u, rng.uniform(-1.0, 1.0, len(u)))
-        different, gap = tool().difference(robot, other, state)
+        different, gap = tool("pinocchio_motion").difference(robot, other, state)
         assert different < SAME
         assert gap < SAME
 
@@ -133,6 +129,16 @@ def test_a_wrong_reading_shows(tmp_path: Path) -> None:
     robot = load(file)
     state = robot.close(robot.reference, [1.0])
     file.write_text(FOUR_BAR.replace("0 0 0.3", "0 0 0.301") + "</robot>")
-    assert tool().difference(robot, tool().PinocchioFile(file), state)[1] > 1e-4
+    assert (
+        tool("pinocchio_motion").difference(
+            robot, tool("pinocchio_files").PinocchioFile(file), state
+        )[1]
+        > 1e-4
+    )
     file.write_text(FOUR_BAR.replace('value="1.5"', 'value="1.6"') + "</robot>")
-    assert tool().difference(robot, tool().PinocchioFile(file), state)[0] > 1e-4
+    assert (
+        tool("pinocchio_motion").difference(
+            robot, tool("pinocchio_files").PinocchioFile(file), state
+        )[0]
+        > 1e-4
+    )
