@@ -36,16 +36,15 @@ _WORDS: Final = "lifted mass at rest"
 
 def lifting_figure(robot: Robot, chart: LiftingChart, title: str | None) -> Figure:
     """The chart of a robot, with the robot at its reference beside it."""
-    unit, factor = ("t", 1.0 / _TON) if np.nanmax(chart.mass) >= _TON else ("kg", 1.0)
+    unit, factor = _unit_of(chart)
     limits = _limits(robot, chart)
     width, height = np.ptp(limits, axis=1)
     scale = _SIDE / max(width, height)
     box = (*_BOX, scale * width, scale * height)
+    size = (max(_WIDTH, box[2] + 1.0), box[3] + _BOX[1] + 0.72)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(max(_WIDTH, box[2] + 1.0), box[3] + _BOX[1] + 0.72))
-        share = "what" if chart.share == 1.0 else f"{100.0 * chart.share:g} % of what"
-        line = f"{share} the drives hold at rest at {_frame_text(chart)} [{unit}]"
-        head(figure, title or f"Lifting chart: {robot.name}", line)
+        figure = Figure(figsize=size)
+        head(figure, title or f"Lifting chart: {robot.name}", _subtitle(chart, unit))
         axes = axes_at(figure, box)
         _paint_robot(axes, robot, limits)
         norm = _paint_masses(axes, chart, factor)
@@ -56,8 +55,21 @@ def lifting_figure(robot: Robot, chart: LiftingChart, title: str | None) -> Figu
     return figure
 
 
-def _frame_text(chart: LiftingChart) -> str:
-    return "the end effector" if chart.frame is None else f"'{chart.frame}'"
+def _unit_of(chart: LiftingChart) -> tuple[str, float]:
+    """Unit of the masses, and its number in a kilogram."""
+    if np.nanmax(chart.mass) >= _TON:
+        return "t", 1.0 / _TON
+    return "kg", 1.0
+
+
+def _subtitle(chart: LiftingChart, unit: str) -> str:
+    frame = "the end effector"
+    if chart.frame is not None:
+        frame = f"'{chart.frame}'"
+    share = "what"
+    if chart.share != 1.0:
+        share = f"{100.0 * chart.share:g} % of what"
+    return f"{share} the drives hold at rest at {frame} [{unit}]"
 
 
 def _limits(robot: Robot, chart: LiftingChart) -> Array:
@@ -65,12 +77,15 @@ def _limits(robot: Robot, chart: LiftingChart) -> Array:
     state = robot.close(robot.reference)
     frames = [robot.forward_kinematics(state, name).position for name in robot.frames]
     places = np.array(frames)
-    radius = np.concatenate([np.hypot(places[:, 0], places[:, 1]), [0.0]])
-    reach = float(max(np.nanmax(chart.radius), radius.max()))
-    low = float(min(np.nanmin(chart.height), places[:, 2].min(), 0.0))
-    high = float(max(np.nanmax(chart.height), places[:, 2].max()))
+    x, y, z = places.T
+    radius = np.hypot(x, y).max(initial=0.0)
+    reach = float(max(np.nanmax(chart.radius), radius))
+    low = float(min(np.nanmin(chart.height), z.min(), 0.0))
+    high = float(max(np.nanmax(chart.height), z.max()))
     margin = 0.05 * max(reach, high - low)
-    return np.array([[-0.28 * reach, reach + margin], [low - margin, high + margin]])
+    across = [-0.28 * reach, reach + margin]
+    upward = [low - margin, high + margin]
+    return np.array([across, upward])
 
 
 def _paint_robot(axes: Axes, robot: Robot, limits: Array) -> None:
@@ -86,8 +101,10 @@ def _paint_masses(axes: Axes, chart: LiftingChart, factor: float) -> BoundaryNor
     """Paint the masses; returns their steps of colour."""
     triangles = _triangles(chart)
     mass = factor * np.nan_to_num(chart.mass.ravel())
-    top = float(np.quantile(factor * chart.mass[np.isfinite(chart.mass)], _STEEPEST))
-    levels = MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, max(top, 1e-9))
+    lifted = chart.mass[np.isfinite(chart.mass)]
+    top = float(np.quantile(factor * lifted, _STEEPEST))
+    locator = MaxNLocator(8, steps=[1, 2, 2.5, 5, 10])
+    levels = locator.tick_values(0.0, max(top, 1e-9))
     norm = BoundaryNorm(levels, _COLOURS.N, extend="max")
     axes.tricontourf(
         triangles,
@@ -110,9 +127,13 @@ def _triangles(chart: LiftingChart) -> Triangulation:
     """Triangles between neighbours of the grid that the robot reaches."""
     rows, columns = chart.radius.shape
     index = np.arange(rows * columns).reshape(rows, columns)
-    a, b = index[:-1, :-1].ravel(), index[1:, :-1].ravel()
-    c, d = index[1:, 1:].ravel(), index[:-1, 1:].ravel()
-    triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    a = index[:-1, :-1].ravel()
+    b = index[1:, :-1].ravel()
+    c = index[1:, 1:].ravel()
+    d = index[:-1, 1:].ravel()
+    first = np.stack([a, b, c], axis=1)
+    second = np.stack([a, c, d], axis=1)
+    triangles = np.concatenate([first, second])
     radius = chart.radius.ravel()
     height = chart.height.ravel()
     good = np.isfinite(radius)[triangles].all(axis=1)
@@ -121,14 +142,17 @@ def _triangles(chart: LiftingChart) -> Triangulation:
 
 def _write_numbers(axes: Axes, chart: LiftingChart, factor: float, norm: BoundaryNorm) -> None:
     """Write masses at places of a regular grid."""
-    rise = float(np.nanmax(chart.height) - np.nanmin(chart.height))
-    extent = max(float(np.nanmax(chart.radius)), rise)
+    low = float(np.nanmin(chart.height))
+    high = float(np.nanmax(chart.height))
+    reach = float(np.nanmax(chart.radius))
+    extent = max(reach, high - low)
     step = next((size for size in _STEPS if extent / size <= _MOST), extent / _MOST)
-    triangles = _triangles(chart)
-    mass = LinearTriInterpolator(triangles, factor * np.nan_to_num(chart.mass.ravel()))
-    low, high = np.nanmin(chart.height), np.nanmax(chart.height)
-    for z in np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step:
-        for x in np.arange(0.0, np.floor(np.nanmax(chart.radius) / step) + 1.0) * step:
+    masses = np.nan_to_num(chart.mass.ravel())
+    mass = LinearTriInterpolator(_triangles(chart), factor * masses)
+    rows = np.arange(np.ceil(low / step), np.floor(high / step) + 1.0)
+    columns = np.arange(0.0, np.floor(reach / step) + 1.0)
+    for z in step * rows:
+        for x in step * columns:
             value = mass(x, z)
             ends = mass(x + np.array([-0.2, 0.2]) * step, z + np.zeros(2))
             if np.ma.is_masked(value) or np.ma.is_masked(ends):

@@ -79,19 +79,25 @@ class TextBox:
         The text's box touches a circle around the symbol.
         """
         way = np.array([np.cos(direction), np.sin(direction)])
+        on_square = way / np.abs(way).max()
         room = self.clear + distance + self.half
-        return np.asarray(self.anchor + room * way / np.abs(way).max())
+        return np.asarray(self.anchor + room * on_square)
 
     def distance(self, centre: Array, point: Array) -> float:
         """Distance of a text with a given centre from a point (2,) [px]."""
-        outside = np.maximum(np.abs(centre - point) - self.half, 0.0)
+        between = np.abs(centre - point)
+        outside = np.maximum(between - self.half, 0.0)
         return float(np.linalg.norm(outside))
 
     def leader(self, centre: Array) -> Array:
         """(2, 2) ends of a leader from the symbol to a text with a given centre [px]."""
-        way = (centre - self.anchor) / np.linalg.norm(centre - self.anchor)
-        reach = float(np.min(self.half / np.maximum(np.abs(way), 1e-9)))
-        return np.array([self.anchor + 0.6 * self.clear * way, centre - reach * way])
+        to_centre = centre - self.anchor
+        way = to_centre / np.linalg.norm(to_centre)
+        sides = self.half / np.maximum(np.abs(way), 1e-9)
+        reach = float(np.min(sides))
+        start = self.anchor + 0.6 * self.clear * way
+        end = centre - reach * way
+        return np.array([start, end])
 
 
 class Labeller:
@@ -107,8 +113,9 @@ class Labeller:
         self.point = float(axes.figure.dpi) / 72.0  # [px]
         box = axes.bbox
         self.origin = np.array([box.x0, box.y0])
-        cells = np.ceil(np.array([box.height, box.width]) / _CELL)
-        self.grid = np.zeros(tuple(np.maximum(cells.astype(int), 1)))
+        size = np.array([box.height, box.width])
+        cells = np.ceil(size / _CELL).astype(int)
+        self.grid = np.zeros(tuple(np.maximum(cells, 1)))
         for outline, weight in covered:
             self._cover(self._cells(outline), weight)
 
@@ -118,7 +125,8 @@ class Labeller:
             return
         anchors = self.axes.transData.transform([label.at for label in labels])
         for k, label in enumerate(labels):
-            self._place(label, np.delete(anchors, k, axis=0))
+            others = np.delete(anchors, k, axis=0)
+            self._place(label, others)
 
     def _cells(self, points: Array) -> Array:
         pixels = self.axes.transData.transform(points)
@@ -129,23 +137,30 @@ class Labeller:
         if len(outline) > 2:
             self._cover_inside(outline, weight)
         cells = np.floor(_points_along(outline)).astype(np.int64)
-        columns, rows = cells[self._is_on_grid(cells)].T
-        self.grid[rows, columns] = np.maximum(self.grid[rows, columns], _EDGE)
+        within = cells[self._is_on_grid(cells)]
+        columns, rows = within.T
+        before = self.grid[rows, columns]
+        self.grid[rows, columns] = np.maximum(before, _EDGE)
 
     def _cover_inside(self, outline: Array, weight: float) -> None:
-        low = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
-        high = np.maximum(np.ceil(outline.max(axis=0)).astype(int), low)
+        low = np.floor(outline.min(axis=0)).astype(int)
+        low = np.maximum(low, 0)
+        high = np.ceil(outline.max(axis=0)).astype(int)
+        high = np.maximum(high, low)
         cells = self.grid[low[1] : high[1], low[0] : high[0]]
         rows, columns = np.indices(cells.shape)
-        centres = np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], axis=1) + low
-        inside = Path(outline).contains_points(centres).reshape(cells.shape)
+        corners = np.stack([columns.ravel(), rows.ravel()], axis=1)
+        centres = corners + 0.5 + low
+        inside = Path(outline).contains_points(centres)
+        inside = inside.reshape(cells.shape)
         cells[inside] = np.maximum(cells[inside], weight)
 
     def _place(self, label: Label, others: Array) -> None:
         """Place one label nearer to its point than to other points (k, 2) [px]."""
+        point = (float(label.at[0]), float(label.at[1]))
         text = self.axes.annotate(
             label.text,
-            (float(label.at[0]), float(label.at[1])),
+            point,
             xytext=(0, 0),
             textcoords="offset points",
             ha="center",
@@ -157,7 +172,8 @@ class Labeller:
         text.set_gid(label.gid)
         box = self._box_of(label, text)
         centre, needs_leader = self._best_place(box, label.inside, others)
-        x, y = ((centre - box.anchor) / self.point).tolist()
+        offset = (centre - box.anchor) / self.point
+        x, y = offset.tolist()
         text.set_position((x, y))
         if needs_leader:
             self._draw_leader(label, box.leader(centre))
@@ -168,11 +184,13 @@ class Labeller:
         has_ground = "bbox" in label.style
         pad = _PILL if has_ground else _AIR
         edge = _UNDER if has_ground else _EDGE
-        half = np.array([extent.width, extent.height]) / 2.0 + pad * self.point
+        size = np.array([extent.width, extent.height])
+        half = 0.5 * size + pad * self.point
         transform = self.axes.transData.transform
         anchor = transform(label.at)
         rim = transform(label.at + np.array([label.clear, 0.0]))
-        return TextBox(anchor, half, float(np.linalg.norm(rim - anchor)), edge)
+        clear = float(np.linalg.norm(rim - anchor))
+        return TextBox(anchor, half, clear, edge)
 
     def _best_place(self, box: TextBox, inside: bool, others: Array) -> tuple[Array, bool]:
         """Centre of the free place nearest to the anchor, and whether it needs a leader.
@@ -185,14 +203,17 @@ class Labeller:
         for distance in _DISTANCES:
             for direction in _DIRECTIONS:
                 centre = box.beside(direction, distance * self.point)
-                away = _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
-                cost = self._cost(box, centre) + away
+                away = _NEAR * distance + _FAR * distance**2
+                above = _ABOVE * np.sin(direction)
+                cost = self._cost(box, centre) + away - above
                 if cost >= least:
                     continue
                 crossed = self._crossed(box, centre) - symbol
                 is_parted = crossed > _BODY
                 astray = self._astray(box, centre, others)
-                cost += _CROSSED * crossed + _PARTED * is_parted + _ASTRAY * astray
+                cost += _CROSSED * crossed
+                cost += _PARTED * is_parted
+                cost += _ASTRAY * astray
                 if cost < least:
                     best, least = centre, cost
                     needs_leader = distance > _LEADER or is_parted or astray > 0.0
@@ -208,14 +229,18 @@ class Labeller:
 
     def _crossed(self, box: TextBox, centre: Array) -> float:
         """Cost of objects between a symbol and its text; each outline counts once."""
-        values = self.grid[self._cells_on(box.leader(centre))]
+        cells = self._cells_on(box.leader(centre))
+        values = self.grid[cells]
         is_edge = values == _EDGE
         begins = np.diff(is_edge.astype(int), prepend=0) > 0
-        return float(values[~is_edge].sum() + _EDGE * begins.sum())
+        areas = values[~is_edge].sum()
+        outlines = _EDGE * begins.sum()
+        return float(areas + outlines)
 
     def _draw_leader(self, label: Label, ends: Array) -> None:
         self.grid[self._cells_on(ends)] = _LINE
-        x, y = self.axes.transData.inverted().transform(ends).T
+        to_data = self.axes.transData.inverted()
+        x, y = to_data.transform(ends).T
         self.axes.plot(
             x,
             y,
@@ -245,27 +270,40 @@ class Labeller:
         """Cost of objects under a text, and of its part outside of the axes."""
         (x0, y0), (x1, y1) = self._text_cells(centre, box.half)
         rows, columns = self.grid.shape
-        outside = max(0, -x0) + max(0, -y0) + max(0, x1 - columns) + max(0, y1 - rows)
-        values = self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
+        outside = max(0, -x0) + max(0, x1 - columns)
+        outside += max(0, -y0) + max(0, y1 - rows)
+        values = self._grid_under(centre, box.half)
         covered = np.where(values == _EDGE, box.edge, values).sum()
         return 0.25 * float(covered) + 5.0 * float(outside)
 
     def _cover_text(self, centre: Array, half: Array) -> None:
+        self._grid_under(centre, half)[...] = _NAME
+
+    def _grid_under(self, centre: Array, half: Array) -> Array:
+        """View of the cells under a text."""
         (x0, y0), (x1, y1) = self._text_cells(centre, half)
-        self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)] = _NAME
+        rows = slice(max(y0, 0), max(y1, 0))
+        columns = slice(max(x0, 0), max(x1, 0))
+        return np.asarray(self.grid[rows, columns])
 
     def _text_cells(self, centre: Array, half: Array) -> tuple[tuple[int, int], tuple[int, int]]:
         """First and last cell of a text, as (column, row)."""
-        low = np.floor((centre - half - self.origin) / _CELL).astype(int)
-        high = np.ceil((centre + half - self.origin) / _CELL).astype(int)
-        return (int(low[0]), int(low[1])), (int(high[0]), int(high[1]))
+        middle = centre - self.origin
+        low = np.floor((middle - half) / _CELL).astype(int)
+        high = np.ceil((middle + half) / _CELL).astype(int)
+        first = (int(low[0]), int(low[1]))
+        last = (int(high[0]), int(high[1]))
+        return first, last
 
 
 def _points_along(outline: Array) -> Array:
     """Points (n, 2) on the sides of an outline (m, 2), half a unit apart at most."""
     sides = np.roll(outline, -1, axis=0) - outline
-    counts = 2 + (np.linalg.norm(sides, axis=1) / 0.5).astype(int)
+    lengths = np.linalg.norm(sides, axis=1)
+    counts = 2 + (lengths / 0.5).astype(int)
     starts = np.cumsum(counts) - counts
     numbers = np.repeat(np.arange(len(counts)), counts)
-    shares = (np.arange(counts.sum()) - starts[numbers]) / (counts[numbers] - 1)
-    return np.asarray(outline[numbers] + shares[:, None] * sides[numbers])
+    steps = np.arange(counts.sum()) - starts[numbers]
+    shares = steps / (counts[numbers] - 1)
+    along = shares[:, None] * sides[numbers]
+    return np.asarray(outline[numbers] + along)

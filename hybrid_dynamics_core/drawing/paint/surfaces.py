@@ -89,17 +89,22 @@ def image_of(surfaces: Sequence[Surface], projection: Projection, scale: float) 
     flat = projection.project(points)
     low = flat.min(axis=0)
     extent = np.maximum(np.ptp(flat, axis=0), 1e-9)
-    sample = max(scale / _DENSITY, float(extent.max()) / _MAX_SIDE)
+    least = float(extent.max()) / _MAX_SIDE
+    sample = max(scale / _DENSITY, least)
     width, height = (int(side) + 4 for side in np.ceil(extent / sample))
     width += width % 2
     height += height % 2
     corner = low - 2.0 * sample
     canvas = _Canvas(width, height, sample * max(width, height))
+    directions = _directions(projection)
     for surface in surfaces:
-        places = (projection.project(surface.vertices) - corner) / sample
+        in_picture = projection.project(surface.vertices)
+        places = (in_picture - corner) / sample
         depths = projection.depth(surface.vertices)
-        canvas.add(surface, np.column_stack([places, depths]), _directions(projection))
-    corners = np.array([corner, corner + sample * np.array([width, height])])
+        vertices = np.column_stack([places, depths])
+        canvas.add(surface, vertices, directions)
+    size = sample * np.array([width, height])
+    corners = np.array([corner, corner + size])
     return Image(canvas.pixels(), corners)
 
 
@@ -131,14 +136,18 @@ class _Canvas:
             directions: directions (3, 3) of the picture.
         """
         a, b, c = (surface.vertices[corner] for corner in surface.faces.T)
-        normals = np.cross(b - a, c - a)
+        first = b - a
+        second = c - a
+        normals = np.cross(first, second)
         lengths = np.linalg.norm(normals, axis=1)
-        sides = np.maximum(np.linalg.norm(b - a, axis=1), np.linalg.norm(c - a, axis=1))
-        solid = lengths > _FLAT * sides**2
+        longest = np.maximum(np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1))
+        solid = lengths > _FLAT * longest**2
         if not solid.any():
             return
-        normals = normals[solid] / lengths[solid, None] @ directions.T
-        normals *= np.where(normals[:, 2:] < 0.0, -1.0, 1.0)  # both sides are lit
+        units = normals[solid] / lengths[solid, None]
+        normals = units @ directions.T
+        signs = np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
+        normals *= signs  # both sides are lit
         self.normals.append(normals)
         self.colours.append(_lit(surface, normals))
         paint = self.palette.setdefault(surface.colour, len(self.palette))
@@ -149,7 +158,8 @@ class _Canvas:
     def _add_triangles(self, vertices: Array, faces: Faces) -> None:
         large = are_large(vertices, faces)
         for number in np.flatnonzero(large):
-            self._add_large(vertices[faces[number]], self.count + int(number))
+            corners = vertices[faces[number]]
+            self._add_large(corners, self.count + int(number))
         small = np.flatnonzero(~large)
         for numbers, points in points_on(vertices, faces[small]):
             self._keep_nearest(points, self.count + small[numbers])
@@ -165,14 +175,18 @@ class _Canvas:
 
     def _keep_nearest(self, points: Array, triangles: Faces) -> None:
         height, width = self.shape
-        columns = np.clip(points[:, 0].astype(int), 0, width - 1)
-        rows = np.clip(points[:, 1].astype(int), 0, height - 1)
+        columns, rows = points[:, :2].astype(int).T
+        columns = np.clip(columns, 0, width - 1)
+        rows = np.clip(rows, 0, height - 1)
         places = rows * width + columns
         nearer = points[:, 2] > self.depths[places]
-        places, depths, triangles = places[nearer], points[nearer, 2], triangles[nearer]
+        places = places[nearer]
+        depths = points[nearer, 2]
+        triangles = triangles[nearer]
         order = np.argsort(depths, kind="stable")  # the last of several at one sample remains
-        self.depths[places[order]] = depths[order]
-        self.triangles[places[order]] = triangles[order]
+        ordered = places[order]
+        self.depths[ordered] = depths[order]
+        self.triangles[ordered] = triangles[order]
 
     def pixels(self) -> Array:
         """The pixels (h, w, 4) of the image with outlines; two by two samples are one pixel."""
@@ -182,15 +196,19 @@ class _Canvas:
         samples = colours.astype(np.float32)[triangles]
         edges = self._edges(triangles) & painted
         ink = np.array([*bytes.fromhex(INK.removeprefix("#"))]) / 255.0
-        samples[edges, :3] += _EDGE * (ink - samples[edges, :3])
+        behind = samples[edges, :3]
+        samples[edges, :3] = behind + _EDGE * (ink - behind)
         samples[edges, 3] = 1.0
         height, width = self.shape
         blocks = samples.reshape(height // 2, 2, width // 2, 2, 4)
-        opacity = blocks[..., 3:].sum(axis=(1, 3))
-        weighted = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3))
+        colours = blocks[..., :3]
+        opacities = blocks[..., 3:]
+        opacity = opacities.sum(axis=(1, 3))
+        weighted = (colours * opacities).sum(axis=(1, 3))
         colour = weighted / np.maximum(opacity, 1e-9)
         pixels = np.concatenate([colour, opacity / 4.0], axis=2)
-        return np.asarray(np.round(255.0 * pixels).astype(np.uint8))
+        rounded = np.round(255.0 * pixels)
+        return np.asarray(rounded.astype(np.uint8))
 
     def _edges(self, triangles: Faces) -> NDArray[np.bool_]:
         """Mask (h, w) of samples at an outline or a crease."""
@@ -198,9 +216,12 @@ class _Canvas:
         for axis in (0, 1):
             one = [slice(None), slice(None)]
             other = [slice(None), slice(None)]
-            one[axis], other[axis] = slice(None, -1), slice(1, None)
-            first, second = tuple(one), tuple(other)
-            places = np.nonzero(triangles[first] != triangles[second])
+            one[axis] = slice(None, -1)
+            other[axis] = slice(1, None)
+            first = tuple(one)
+            second = tuple(other)
+            changes = triangles[first] != triangles[second]
+            places = np.nonzero(changes)
             parted = self._part(triangles, first, second, places)
             edge = tuple(place[parted] for place in places)
             edges[first][edge] = True
@@ -216,15 +237,20 @@ class _Canvas:
             second: window of their neighbours.
             places: rows and columns (n,) of samples in the windows.
         """
-        one, other = triangles[first][places], triangles[second][places]
+        one = triangles[first][places]
+        other = triangles[second][places]
         paints = np.concatenate([*self.paints, [-1]])
         normals = np.vstack([*self.normals, np.zeros((1, 3))])
         depths = self.depths.reshape(self.shape)
+        nearer = depths[first][places]
+        farther = depths[second][places]
         facing = (normals[one] * normals[other]).sum(axis=1)
         with np.errstate(invalid="ignore"):  # depths of the background are infinite
-            apart = np.abs(depths[first][places] - depths[second][places])
+            apart = np.abs(nearer - farther)
         is_step = apart > _DEPTH_STEP * self.size
-        return np.asarray((paints[one] != paints[other]) | (facing < _CREASE) | is_step)
+        is_crease = facing < _CREASE
+        is_painted_otherwise = paints[one] != paints[other]
+        return np.asarray(is_painted_otherwise | is_crease | is_step)
 
 
 def _lit(surface: Surface, normals: Array) -> Array:
@@ -235,9 +261,10 @@ def _lit(surface: Surface, normals: Array) -> Array:
         normals: (m, 3) normals: right, up, toward the viewer.
     """
     light = np.array(_LIGHT) / np.linalg.norm(_LIGHT)
-    lit = _AMBIENT + _DIFFUSE * np.maximum(normals @ light, 0.0)
-    brightness = np.minimum(lit, 1.0)
+    straight = np.maximum(normals @ light, 0.0)
+    brightness = np.minimum(_AMBIENT + _DIFFUSE * straight, 1.0)
+    colour = np.array(surface.colour[:3])
     colours = np.empty((len(normals), 4))
-    colours[:, :3] = brightness[:, None] * np.array(surface.colour[:3])
+    colours[:, :3] = brightness[:, None] * colour
     colours[:, 3] = surface.colour[3]
     return colours

@@ -27,8 +27,12 @@ def are_large(vertices: Array, faces: Faces) -> NDArray[np.bool_]:
     """
     corners = vertices[faces][:, :, :2]
     width, height = np.ptp(corners, axis=1).T
-    area = np.abs(_cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    return np.asarray((area > _LARGE) & (width * height < _SLENDER * area))
+    first = corners[:, 1] - corners[:, 0]
+    second = corners[:, 2] - corners[:, 0]
+    area = np.abs(_cross(first, second))
+    is_large = area > _LARGE
+    is_wide = width * height < _SLENDER * area
+    return np.asarray(is_large & is_wide)
 
 
 def bands(corners: Array, shape: tuple[int, int]) -> Iterator[tuple[slice, slice, Array]]:
@@ -45,7 +49,8 @@ def bands(corners: Array, shape: tuple[int, int]) -> Iterator[tuple[slice, slice
     """
     origin = corners[0]
     gradient = _depth_gradient(corners)
-    lowest, highest = corners[:, 2].min(), corners[:, 2].max()
+    lowest = corners[:, 2].min()
+    highest = corners[:, 2].max()
     columns = _range(corners[:, 0], shape[1])
     rows = _range(corners[:, 1], shape[0])
     x = np.arange(columns.start, columns.stop) + 0.5
@@ -53,7 +58,9 @@ def bands(corners: Array, shape: tuple[int, int]) -> Iterator[tuple[slice, slice
     for start in range(rows.start, rows.stop, step):
         band = slice(start, min(start + step, rows.stop))
         y = np.arange(band.start, band.stop)[:, None] + 0.5
-        plane = origin[2] + gradient[0] * (x - origin[0]) + gradient[1] * (y - origin[1])
+        right = gradient[0] * (x - origin[0])
+        up = gradient[1] * (y - origin[1])
+        plane = origin[2] + right + up
         depths = np.clip(plane, lowest, highest)  # those beside the triangle's edges too
         depths[_is_outside(corners[:, :2], x, y)] = -np.inf
         yield band, columns, depths
@@ -72,7 +79,9 @@ def _is_outside(corners: Array, x: Array, y: Array) -> NDArray[np.bool_]:
     outside = np.zeros((len(y), len(x)), bool)
     for corner, side in zip(corners, turn * sides, strict=True):
         reach = 0.5 * np.abs(side).sum()  # of the corners of a sample
-        outside |= side[0] * (y - corner[1]) + reach < side[1] * (x - corner[0])
+        up = side[0] * (y - corner[1])
+        right = side[1] * (x - corner[0])
+        outside |= up + reach < right
     return outside
 
 
@@ -91,7 +100,9 @@ def _range(coordinates: Array, count: int) -> slice:
 
 def _cross(one: Array, other: Array) -> Array:
     """Cross products (...) of vectors (..., 2) in a plane."""
-    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
+    forth = one[..., 0] * other[..., 1]
+    back = one[..., 1] * other[..., 0]
+    return np.asarray(forth - back)
 
 
 def points_on(vertices: Array, faces: Faces) -> Iterator[tuple[Faces, Array]]:
@@ -105,19 +116,19 @@ def points_on(vertices: Array, faces: Faces) -> Iterator[tuple[Faces, Array]]:
         Indices (n,) of triangles, and points (n, 3) on them.
     """
     corners = _longest_first(vertices[faces])
-    first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
-    base = second[:, :2] - first[:, :2]
+    in_picture = corners[:, :, :2]
+    base = in_picture[:, 1] - in_picture[:, 0]
+    side = in_picture[:, 2] - in_picture[:, 0]
     length = np.linalg.norm(base, axis=1)
-    side = third[:, :2] - first[:, :2]
-    area = np.abs(base[:, 0] * side[:, 1] - base[:, 1] * side[:, 0])
+    area = np.abs(_cross(base, side))
     height = area / np.maximum(length, 1e-12)
     columns = _round_counts(length / _STEP)
     rows = _round_counts(height / _STEP)
-    for kind in np.unique(np.stack([columns, rows], axis=1), axis=0):
-        alike = np.flatnonzero((columns == kind[0]) & (rows == kind[1]))
-        across, along = np.meshgrid(np.linspace(0, 1, kind[0] + 1), np.linspace(0, 1, kind[1] + 1))
-        weights = np.stack([(1 - along) * (1 - across), (1 - along) * across, along], axis=2)
-        weights = weights.reshape(-1, 3)
+    kinds = np.stack([columns, rows], axis=1)
+    for kind in np.unique(kinds, axis=0):
+        is_alike = (columns == kind[0]) & (rows == kind[1])
+        alike = np.flatnonzero(is_alike)
+        weights = _grid_weights(*kind)
         step = max(1, _CHUNK // len(weights))
         for k in range(0, len(alike), step):
             some = alike[k : k + step]
@@ -125,15 +136,28 @@ def points_on(vertices: Array, faces: Faces) -> Iterator[tuple[Faces, Array]]:
             yield np.repeat(some, len(weights)), points.reshape(-1, 3)
 
 
+def _grid_weights(columns: int, rows: int) -> Array:
+    """Weights (n, 3) of a triangle's corners at the points of a grid over it."""
+    across, along = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
+    first = (1 - along) * (1 - across)
+    second = (1 - along) * across
+    weights = np.stack([first, second, along], axis=2)
+    return weights.reshape(-1, 3)
+
+
 def _longest_first(corners: Array) -> Array:
     """Triangles (m, 3, 3), permuted so that the first side is the longest in the picture."""
     sides = np.roll(corners, -1, axis=1) - corners
-    longest = np.argmax(np.linalg.norm(sides[:, :, :2], axis=2), axis=1)
+    lengths = np.linalg.norm(sides[:, :, :2], axis=2)
+    longest = np.argmax(lengths, axis=1)
     order = (longest[:, None] + np.arange(3)) % 3
-    return np.asarray(np.take_along_axis(corners, order[:, :, None], axis=1))
+    permuted = np.take_along_axis(corners, order[:, :, None], axis=1)
+    return np.asarray(permuted)
 
 
 def _round_counts(numbers: Array) -> Faces:
     """Numbers rounded up to few distinct integers, four per power of two."""
-    powers = np.ceil(4.0 * np.log2(np.maximum(numbers, 1.0))) / 4.0
-    return np.asarray(np.ceil(2.0**powers).astype(int))
+    powers = np.log2(np.maximum(numbers, 1.0))
+    rounded = np.ceil(4.0 * powers) / 4.0
+    counts = np.ceil(2.0**rounded)
+    return np.asarray(counts.astype(int))
