@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from copy import deepcopy
+from copy import copy, deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,6 +82,15 @@ class Document:
         """A top-level mapping; empty if it is missing."""
         entries: Data = self.data.get(name) or {}
         return entries
+
+    def copy(self) -> Document:
+        """An independent copy."""
+        other = copy(self)
+        other.data = deepcopy(self.data)
+        for name, value in vars(self).items():
+            if name != "data" and isinstance(value, (dict, list, set)):
+                setattr(other, name, copy(value))
+        return other
 
     # -- entries
 

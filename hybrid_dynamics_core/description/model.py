@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -284,6 +284,7 @@ class RobotDescription(Picklable):
         parts: links fixed to others, each in the frame of the body that it is merged into.
         alone: links before merging, for those of `links` that have parts.
         visuals: shapes for pictures, by the link or part that has them.
+        written: the document that it was built from; None if it was made or changed by a program.
     """
 
     name: str
@@ -316,6 +317,7 @@ class RobotDescription(Picklable):
     parts: Mapping[str, Link] = field(default_factory=dict)
     alone: Mapping[str, Link] = field(default_factory=dict)
     visuals: Mapping[str, tuple[Visual, ...]] = field(default_factory=dict)
+    written: Any = field(default=None, init=False, repr=False)
 
     @property
     def freely_turning(self) -> tuple[MultiDofJoint, ...]:

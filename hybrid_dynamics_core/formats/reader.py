@@ -18,6 +18,7 @@ from ..description.expand.short_forms import expand_short_forms
 from ..description.files import read_text
 from ..description.located_yaml import read_yaml
 from ..description.model import RobotDescription
+from ..description.parameters.written import Written, carry
 from ..errors import InputError
 from ..ground.file_kinds import require_description
 from ..ground.file_options import NO_OPTIONS, FileOptions
@@ -209,7 +210,13 @@ def _without_tabs(text: str) -> str:
 def _described(document: Document) -> RobotDescription:
     """Expand, check and build a document that fits the schema."""
     expand_urdf(document)  # no effect if it is expanded already
+    written = Written(document.copy(), described)
     expand_short_forms(document)
+    return carry(described(document), written)
+
+
+def described(document: Document) -> RobotDescription:
+    """Check and build an expanded document."""
     check_names(document)
     check_loop_names(document)
     description = build_description(document)

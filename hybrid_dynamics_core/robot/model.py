@@ -18,6 +18,7 @@ from ..closure.plan import ClosurePlan, build_plan
 from ..closure.printed_numbers import DRAWN_EQUAL, snapped
 from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
+from ..description.parameters.written import carry
 from ..errors import DescriptionError, InputError, UndecidedModeError
 from ..ground.arrays import Array, frozen
 from ..ground.lazy import lazy
@@ -52,9 +53,10 @@ class RobotModel:
         """
         model = _movable_model(description)
         recentred = _in_better_charts(model)
-        if recentred is None:
-            return model
-        return replace(_model(recentred), dependent_motors=model.dependent_motors)
+        if recentred is not None:
+            model = replace(_model(recentred), dependent_motors=model.dependent_motors)
+        carry(model.description, description.written)
+        return model
 
     @property
     def name(self) -> str:

@@ -23,6 +23,7 @@ from .joint_poses import JointPoses
 from .kernel_store import KernelStore
 from .kinematics import Kinematics
 from .model import RobotModel
+from .parameters import with_parameters
 
 if TYPE_CHECKING:
     from .frameworks.casadi_calls import CasadiCalls
@@ -54,6 +55,8 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"
+
+    with_parameters = with_parameters  # a function of the robot
 
     # -- names and limits
 

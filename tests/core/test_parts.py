@@ -56,7 +56,7 @@ def test_no_part_knows_the_robot() -> None:
         assert "Robot" not in vars(inspect.getmodule(part))
 
 
-FUNCTIONS = ("capability", "inverse_kinematics", "workspace")  # of any closed kinematics
+FUNCTIONS = ("capability", "inverse_kinematics", "with_parameters", "workspace")  # of any robot
 
 
 def test_every_method_of_the_robot_is_one_of_a_part() -> None:

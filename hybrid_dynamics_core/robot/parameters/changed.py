@@ -1,0 +1,50 @@
+"""A robot with other numbers in its description."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol, TypeVar
+
+from ...description import parameters as numbers
+from ...description.model import RobotDescription
+from ...errors import DescriptionError
+
+
+class Described(Protocol):
+    """What is made of a description."""
+
+    def __init__(self, description: RobotDescription) -> None: ...
+
+    @property
+    def description(self) -> RobotDescription:
+        """The description."""
+
+
+R = TypeVar("R", bound=Described)
+
+
+def with_parameters(robot: R, values: Mapping[str, Any] | None = None, /, **parameters: Any) -> R:
+    """A robot with other numbers, as if its file had them.
+
+    Args:
+        robot: the robot; not changed.
+        values: numbers in SI units, or expressions, by name of `parameters:` or by path, such as
+            `joints.q2.origin.xyz[0]`. A path that means several numbers takes as many.
+        parameters: the same for names of `parameters:`, as keywords.
+
+    Returns:
+        The other robot.
+
+    Raises:
+        UnknownNameError: there is no such number.
+        InputError: a value is no number, or the robot was not read from a file.
+        DescriptionError: the numbers do not fit; the loops do not close with them, for example.
+    """
+    given = {**(values or {}), **parameters}
+    try:
+        description = numbers.with_parameters(robot.description, given)
+        return type(robot)(description)
+    except DescriptionError as error:
+        listed = ", ".join(f"{name} = {value}" for name, value in given.items())
+        error.args = (f"{error} (with {listed})",)
+        raise
