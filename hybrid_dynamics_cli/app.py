@@ -26,6 +26,7 @@ VERBS = {  # name -> module, in the order of the help
     "ik": "ik",
     "id": "inverse_dynamics",
     "fd": "forward_dynamics",
+    "reactions": "reactions",
     "hydraulics": "hydraulics",
     "simulate": "simulate",
     "workspace": "workspace",

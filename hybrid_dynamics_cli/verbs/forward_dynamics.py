@@ -22,12 +22,13 @@ from ..parameters import (
     vector_option,
 )
 from ..quantities import effort_units
+from ..reaction_tables import pin_data, pin_table, pins_option
 
 EPILOG = """\b
 Examples:
   hybrid-dynamics fd excavator
   hybrid-dynamics fd excavator --pressures boom_cylinder=130*bar:5*bar
-  hybrid-dynamics fd forging_chu2020 --tau q12=5000,q22=2000 --json
+  hybrid-dynamics fd forging_chu2020 --tau q12=5000,q22=2000 --pins --json
 """
 
 
@@ -40,6 +41,7 @@ Examples:
 )
 @pressures_option
 @load_options
+@pins_option
 @json_option
 def command(
     robot: str,
@@ -51,6 +53,7 @@ def command(
     com: str | None,
     wrench: str | None,
     frame: str | None,
+    pins: bool,
     as_json: bool,
 ) -> None:
     """Accelerations that the actuators' efforts give, or pressures of their cylinders."""
@@ -73,4 +76,9 @@ def command(
         "dds": by_name(machine.coordinates, dds),
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
-    show(data, as_json, table(["coordinate", "", "acceleration", "unit"], rows))
+    text = table(["coordinate", "", "acceleration", "unit"], rows)
+    if pins:
+        reactions = machine.reactions(state, ddu, loads)
+        data["pins"] = pin_data(reactions)
+        text += "\n\n" + pin_table(reactions)
+    show(data, as_json, text)

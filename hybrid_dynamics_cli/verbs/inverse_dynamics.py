@@ -6,10 +6,12 @@ from typing import Any
 
 import click
 
+from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import effort_unit
 
 from ..limits import beyond
-from ..load_options import load_options, loads_of
+from ..load_options import load_options, loads_of, pressure_forces, pressures_option
 from ..output import by_name, show, table
 from ..parameters import (
     accelerations_of,
@@ -21,13 +23,16 @@ from ..parameters import (
     robot_argument,
     u_option,
 )
+from ..reaction_tables import pin_data, pin_table, pins_option
 
+MEASURED_HEAD = ["cylinder", "measured N", "required N", "difference N"]
 HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]
 EPILOG = """\b
 Examples:
   hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
   hybrid-dynamics id excavator --payload 900 --com=-0.6,0.3,0
-  hybrid-dynamics id excavator --ddu boom_cylinder=0.1 --json
+  hybrid-dynamics id excavator --pressures boom_cylinder=130*bar:5*bar
+  hybrid-dynamics id excavator --ddu boom_cylinder=0.1 --pins --json
 """
 
 
@@ -36,23 +41,28 @@ Examples:
 @u_option
 @du_option
 @ddu_option
+@pressures_option
 @load_options
+@pins_option
 @json_option
 def command(
     robot: str,
     u: str | None,
     du: str | None,
     ddu: str | None,
+    pressures: tuple[str, ...],
     payload: float | None,
     com: str | None,
     wrench: str | None,
     frame: str | None,
+    pins: bool,
     as_json: bool,
 ) -> None:
     """Efforts that the actuators need for a motion, and what they are made of.
 
     The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction,
-    springs and wrenches (passive).
+    springs and wrenches (passive). --pressures stands measured forces of cylinders beside the
+    required ones.
     """
     machine = loaded(robot)
     state = closed(machine, u, du)
@@ -82,4 +92,26 @@ def command(
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
     notes = [f"note: {name} is idle: nobody gives the effort along it" for name in machine.idle]
-    show(data, as_json, "\n".join([table(HEAD, rows), *notes]))
+    texts = ["\n".join([table(HEAD, rows), *notes])]
+    if pressures:
+        measured = measured_forces(machine, state, tau, pressures)
+        data["measured"] = measured
+        lines = [[name, *forces.values()] for name, forces in measured.items()]
+        texts.append(table(MEASURED_HEAD, lines))
+    if pins:
+        reactions = machine.reactions(state, accelerations, loads)
+        data["pins"] = pin_data(reactions)
+        texts.append(pin_table(reactions))
+    show(data, as_json, "\n\n".join(texts))
+
+
+def measured_forces(
+    machine: Robot, state: ClosedState, tau: Array, pressures: tuple[str, ...]
+) -> dict[str, dict[str, float]]:
+    """Measured and required force of each cylinder with pressures, and their difference [N]."""
+    required = machine.hydraulics(state, tau)
+    result: dict[str, dict[str, float]] = {}
+    for name, force in pressure_forces(machine, pressures).items():
+        needed = float(required[name].force)
+        result[name] = {"measured": force, "required": needed, "difference": force - needed}
+    return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import Payload, load
+from hybrid_dynamics_core import Payload, cylinder_force, load
 from tests.cli.calling import call, data_of
 
 COM = [-0.6, 0.3, 0.0]
@@ -66,3 +66,44 @@ def test_wrong_loads_are_refused(words, problem):
     answer = call(*words.split())
     assert answer.exit_code == 2
     assert problem in " ".join(answer.output.split())
+
+
+def test_reactions_are_those_of_the_library(excavator, loads):
+    state = excavator.close(excavator.reference)
+    expected = excavator.reactions(state, np.zeros(4), loads)
+    data = data_of("reactions", "excavator", *WORDS)
+    for name, pin in expected.pins.items():
+        assert data["pins"][name]["force"] == pytest.approx(pin.force.tolist(), rel=1e-12)
+        assert data["pins"][name]["on"] == pin.links[0]
+    for name, joint in expected.joints.items():
+        assert data["joints"][name]["moment"] == pytest.approx(joint.moment.tolist(), rel=1e-12)
+        assert data["joints"][name]["on"] == joint.links[1]
+    assert data["base"]["force"] == pytest.approx(expected.base[:3].tolist(), rel=1e-12)
+
+
+def test_pins_stand_beside_efforts_and_accelerations(excavator):
+    state = excavator.close(excavator.reference)
+    pair = ("--pressures", "boom_cylinder=130*bar:5*bar", "--pins")
+    moving = data_of("fd", "excavator", *pair)
+    ddu = np.array(list(moving["ddu"].values()))
+    pins = excavator.reactions(state, ddu).pins
+    by_pressures = data_of("reactions", "excavator", *pair)
+    assert "joints" not in by_pressures
+    for data in (moving, by_pressures):
+        for name, pin in pins.items():
+            force = data["pins"][name]["force"]
+            assert force == pytest.approx(pin.force.tolist(), rel=1e-9, abs=1e-6)
+    held = data_of("id", "excavator", *pair)
+    measured = held["measured"]["boom_cylinder"]
+    cylinder = excavator.cylinders["boom_cylinder"]
+    assert measured["measured"] == pytest.approx(float(cylinder_force(cylinder, 130e5, 5e5)))
+    assert measured["required"] == pytest.approx(held["tau"]["boom_cylinder"])
+    assert measured["difference"] == measured["measured"] - measured["required"]
+
+
+def test_hinges_in_a_plane_have_no_moments_and_pressures_determine_accelerations():
+    answer = call("reactions", "excavator", "--pins")
+    assert "moment" not in answer.output  # hinges in a plane transmit none
+    answer = call("reactions", "excavator", "--pressures", "boom_cylinder=1:2", "--ddu", "0,0,0,0")
+    assert answer.exit_code == 2
+    assert "leave out --ddu" in answer.output
