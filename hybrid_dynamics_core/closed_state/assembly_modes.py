@@ -47,9 +47,10 @@ class AssemblyModes(tuple[AssemblyMode, ...]):  # noqa: SLOT001  a tuple takes n
     """The tuple of assembly modes at one input, and whether it is complete.
 
     Attributes:
-        completeness: `PROVEN` if every loop has a closed form, else `LIKELY` or `UNLIKELY`. Always
-            `UNLIKELY` if a mode was left out, since a loop is singular on it.
-        reason: why, in a sentence.
+        completeness: `PROVEN` if every loop has a closed form, or its list was proved to be
+            complete; else `LIKELY` or `UNLIKELY`. Always `UNLIKELY` if a mode was left out, since a
+            loop is singular on it.
+        reason: why, in a sentence; of a search, what was searched.
     """
 
     completeness: Completeness
@@ -63,6 +64,11 @@ class AssemblyModes(tuple[AssemblyMode, ...]):  # noqa: SLOT001  a tuple takes n
         self.completeness = completeness
         self.reason = reason
         return self
+
+    @property
+    def complete(self) -> bool:
+        """Whether the list was proved to hold all modes."""
+        return self.completeness is Completeness.PROVEN
 
 
 def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:

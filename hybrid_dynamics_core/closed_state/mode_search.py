@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.scalar import Scalar
+from ..certified.block_modes import BlockModes, Setting, certified_modes
 from ..closure.blocks.block_solver import BlockSolver
 from ..closure.constraints.equations import loops_of
 from ..closure.plan import ClosurePlan
@@ -86,6 +87,7 @@ class ModeSearch:
         self._signs = signs
         self._guess = start.tolist()
         self._evidence: dict[str, Reached] = {}
+        self._proofs: dict[str, BlockModes] = {}
         self._singular: list[str] = []
         given = dict(zip(model.plan.given, u.tolist(), strict=True))
         _, charts = model.plan.split(signs.tolist())
@@ -115,8 +117,16 @@ class ModeSearch:
 
     def _verdict_of_search(self) -> tuple[Completeness, str]:
         """The verdict on the modes that are not singular."""
+        proofs = [f"loop '{loop}': {proof.reason}" for loop, proof in self._proofs.items()]
+        if not self._evidence and proofs:
+            return Completeness.PROVEN, "; ".join(proofs)
         if not self._evidence:
             return Completeness.PROVEN, "every loop has a closed form, which has no other solution"
+        completeness, reason = self._verdict_of_starts()
+        return completeness, "; ".join([reason, *proofs])
+
+    def _verdict_of_starts(self) -> tuple[Completeness, str]:
+        """The verdict on the loops that were searched from random starts."""
         loop, least = min(self._evidence.items(), key=_least_count)
         starts = least.starts
         fewest = _least_count((loop, least))
@@ -170,18 +180,46 @@ class ModeSearch:
     ) -> Iterator[BlockSolution]:
         """The distinct solutions of an iteration, the one nearest the guess first."""
         near = np.array([self._guess[k] for k in block.unknowns])
+        plan, tree = self._model.plan, self._model.tree
+        setting = Setting(tree, plan.given, configuration, self._guess)
+        certified = certified_modes(block, setting)
+        if certified is not None:
+            self._note_proof(block.name, certified)
+        if certified is not None and certified.complete:
+            solutions = certified.solutions
+        else:
+            solutions = self._reached(block, configuration, certified)
+        moves = [_wrapped(self._model, block, x - near) for x in solutions]
+        moves.sort(key=lambda move: float(np.abs(move).max()))
+        for number, move in enumerate(moves, start=1):
+            mode = block.modes[0] if number == 1 else f"{NUMBERED}{number}"
+            trial = _with_unknowns(self._model, block, configuration, near + move)
+            yield BlockSolution(1.0, mode, trial)
+
+    def _note_proof(self, loop: str, modes: BlockModes) -> None:
+        """Keep what is known of a loop; what is not complete goes before what is."""
+        earlier = self._proofs.get(loop)
+        if earlier is None or earlier.complete:
+            self._proofs[loop] = modes
+
+    def _reached(
+        self, block: BlockSolver, configuration: Configuration, certified: BlockModes | None
+    ) -> Array:
+        """Solutions (modes, unknowns) from random starts, and those that are certified."""
         reached = self._searched(block, configuration)
         worst = self._evidence.get(block.name)
         if worst is None or _least_count((block.name, reached)) < _least_count((block.name, worst)):
             self._evidence[block.name] = reached
         if reached.nears_singular:
             self.note_singular(block.name)
-        moves = [_wrapped(self._model, block, x - near) for x in reached.solutions]
-        moves.sort(key=lambda move: float(np.abs(move).max()))
-        for number, move in enumerate(moves, start=1):
-            mode = block.modes[0] if number == 1 else f"{NUMBERED}{number}"
-            trial = _with_unknowns(self._model, block, configuration, near + move)
-            yield BlockSolution(1.0, mode, trial)
+        if certified is None or not len(certified.solutions):
+            return reached.solutions
+        both = np.concatenate([reached.solutions, certified.solutions])
+        marks = _fingerprints(self._model, block, configuration, both)
+        apart = np.abs(marks[:, None] - marks).max(axis=2)
+        repeated = np.tril(apart <= SAME, k=-1).any(axis=1)
+        distinct: Array = both[~repeated]
+        return distinct
 
     def _searched(self, block: BlockSolver, configuration: Configuration) -> Reached:
         """Search from more and more starts until each solution was reached often enough."""

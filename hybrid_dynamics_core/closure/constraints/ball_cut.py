@@ -57,7 +57,7 @@ class BallCut:
 def cut_at_ball(name: str, chains: tuple[Chain, Chain], only: frozenset[int]) -> BallCut | None:
     """Cut a weld at a ball joint whose three coordinates are in `only`; None if there is none."""
     for chain, other in (chains, chains[::-1]):
-        ball = _find_ball(chain, only)
+        ball = find_ball(chain, only)
         if ball is None:
             continue
         turn = matmul(other.rotation, transpose(chain.rotation))
@@ -67,7 +67,7 @@ def cut_at_ball(name: str, chains: tuple[Chain, Chain], only: frozenset[int]) ->
     return None
 
 
-def _find_ball(chain: Chain, only: frozenset[int]) -> Ball | None:
+def find_ball(chain: Chain, only: frozenset[int]) -> Ball | None:
     """The ball joint at the end of a chain; None if there is none."""
     joints = chain.bodies[-3:]
     plain = [joint for joint in joints if joint.is_revolute and joint.coordinate in only]

@@ -1,0 +1,71 @@
+"""All solutions of a block that closes by iteration, where they can be proved to be all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..closure.blocks.block_solver import BlockSolver
+from ..ground.arrays import Array
+from ..mechanism.configuration import Configuration
+from ..mechanism.tree import Tree
+from .leg_platform import CLEAR, LegPlatform, leg_platform
+from .platform import platform_poses
+
+
+class BlockModes(NamedTuple):
+    """Certified solutions of a block.
+
+    Attributes:
+        solutions: values of the unknowns (modes, unknowns) [rad, m].
+        complete: whether they were proved to be all.
+        reason: why, in a clause.
+    """
+
+    solutions: Array
+    complete: bool
+    reason: str
+
+
+class Setting(NamedTuple):
+    """Where a block is solved.
+
+    Attributes:
+        tree: the spanning tree.
+        given: coordinates whose values are exact.
+        configuration: values of all coordinates before the block.
+        guess: all coordinates nearby [rad, m].
+    """
+
+    tree: Tree
+    given: Sequence[int]
+    configuration: Configuration
+    guess: Sequence[float]
+
+
+def certified_modes(block: BlockSolver, setting: Setting) -> BlockModes | None:
+    """Certified solutions of a block; None if its kind has no such method."""
+    platform = leg_platform(block)
+    if platform is not None:
+        return _modes_of_platform(platform, block, setting)
+    return None
+
+
+def _modes_of_platform(platform: LegPlatform, block: BlockSolver, setting: Setting) -> BlockModes:
+    legs = platform.intervals(setting.tree, setting.configuration, setting.given)
+    poses = platform_poses(legs)
+    solutions: list[list[float]] = []
+    complete, reason = poses.complete, poses.reason
+    for rotation, origin in zip(poses.rotations, poses.origins, strict=True):
+        placed, margin = platform.carrier.placed(
+            rotation, origin, setting.configuration, setting.guess
+        )
+        if margin > CLEAR:
+            solutions.append([float(placed.q[k]) for k in block.unknowns])
+        elif margin > -CLEAR:
+            complete = False
+            reason = f"{reason}; one is singular for the joints that carry the platform"
+    values = np.reshape(solutions, (len(solutions), len(block.unknowns)))
+    return BlockModes(values, complete, reason)

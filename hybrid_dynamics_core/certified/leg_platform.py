@@ -1,0 +1,167 @@
+"""Blocks of the closure plan that are a platform on six legs.
+
+Three slides and a ball joint carry the platform, and their coordinates are the unknowns. The
+equations are the lengths of six legs. So the modes of the block are the poses of the platform.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..algebra.vector import ZERO3, Vector, dot
+from ..closure.blocks.block_solver import BlockSolver
+from ..closure.blocks.leg_blocks import BallJointBlock
+from ..closure.blocks.three_spheres import slides_only
+from ..closure.constraints.ball_cut import Ball, Orientation, find_ball
+from ..closure.constraints.leg import Distance
+from ..closure.constraints.spatial import Chain
+from ..ground.arrays import Array
+from ..mechanism.configuration import Configuration
+from ..mechanism.tree import Tree, rows
+from .interval import Interval, enclosing
+from .platform import LegIntervals
+
+LEGS = 6
+SOLVED = 1e-12  # [rad or m] doubt of coordinates that other blocks have solved
+CLEAR = 1e-6  # margin of the ball joint, or determinant of the slides, below which it is singular
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """The chain that carries a platform.
+
+    Attributes:
+        chain: its bodies, the platform last.
+        slides: coordinates of its three slides.
+        ball: the ball joint at its end.
+    """
+
+    chain: Chain
+    slides: tuple[int, ...]
+    ball: Ball
+
+    def placed(
+        self, rotation: Array, origin: Array, configuration: Configuration, guess: Sequence[float]
+    ) -> tuple[Configuration, float]:
+        """A configuration in which the platform has a pose.
+
+        Args:
+            rotation: rotation of the platform (3, 3).
+            origin: its origin (3,) [m].
+            configuration: the given coordinates.
+            guess: all coordinates nearby [rad, m]; of two solutions the nearer one is chosen.
+
+        Returns:
+            The configuration, and a margin: positive if the joints reach the pose, negative if
+            they do not.
+        """
+        wanted = Chain((), ZERO3, rows(rotation))
+        turning = BallJointBlock(Orientation("", self.ball, self.chain, wanted))
+        centre = rotation @ np.array(self.ball.centre) + origin
+        nearest, least, margin = configuration, np.inf, -1.0
+        for branch in turning.signs:
+            trial = configuration.with_zeros(self.slides)
+            margin = float(turning.solve(trial, branch, guess))
+            moves = [abs(float(trial.q[k]) - guess[k]) for k in self.ball.coordinates]
+            if max(moves) < least:
+                nearest, least = trial, max(moves)
+        return nearest, min(margin, self._slide(nearest, centre))
+
+    def _slide(self, configuration: Configuration, centre: Array) -> float:
+        """Set the slides, which are at zero, so that the ball is at a place (3,) [m].
+
+        Returns:
+            The volume between the directions of the slides.
+        """
+        state = self.ball.before.at(configuration)
+        axes = {joint.body.coordinate: joint.axis for joint in state.joints}
+        directions = np.array([axes[k] for k in self.slides], dtype=float).T
+        gap = centre - np.array(state.end, dtype=float)
+        strokes = np.linalg.pinv(directions) @ gap
+        for k, stroke in zip(self.slides, strokes.tolist(), strict=True):
+            configuration.set_length(k, stroke)
+        return abs(float(np.linalg.det(directions)))
+
+
+@dataclass(frozen=True)
+class LegPlatform:
+    """A platform on six legs.
+
+    Attributes:
+        carrier: the chain that carries the platform.
+        legs: the equations of its legs.
+    """
+
+    carrier: Carrier
+    legs: tuple[Distance, ...]
+
+    def intervals(
+        self, tree: Tree, configuration: Configuration, given: Sequence[int]
+    ) -> LegIntervals:
+        """The geometry of the legs with outward rounding.
+
+        Args:
+            tree: the spanning tree.
+            configuration: values of all coordinates but the unknowns.
+            given: coordinates whose values are exact.
+        """
+        enclosed = _enclosed(tree, configuration, given)
+        feet, tips, squares = [], [], []
+        for leg in self.legs:
+            feet.append(_joined(leg.pivot.before.at(enclosed).end))
+            bar = leg.pivot.after.at(enclosed).relative_to(leg.pivot.centre)
+            tips.append(_joined(leg.target.point))
+            squares.append(dot(bar.end, bar.end))
+        return LegIntervals(_stacked(feet), _stacked(tips), _joined(squares))
+
+
+def leg_platform(block: BlockSolver) -> LegPlatform | None:
+    """A block as a platform on six legs; None if it is none."""
+    legs = [e.loop for e in block.equations if isinstance(e.loop, Distance)]
+    if not len(legs) == len(block.equations) == len(block.unknowns) == LEGS:
+        return None
+    bodies = legs[0].target.bodies
+    unknown = frozenset(block.unknowns)
+    if any(leg.target.bodies != bodies or _moves(leg, unknown) for leg in legs):
+        return None
+    chain = Chain(bodies, ZERO3)
+    ball = find_ball(chain, unknown)
+    if ball is None:
+        return None
+    slides = tuple(sorted(unknown.difference(ball.coordinates)))
+    if not slides_only(ball.before, slides):
+        return None
+    return LegPlatform(Carrier(chain, slides, ball), tuple(legs))
+
+
+def _moves(leg: Distance, unknown: frozenset[int]) -> bool:
+    """Whether the foot or the length of a leg depends on the unknowns."""
+    chains = (leg.pivot.before, leg.pivot.after)
+    return any(chain.coordinates & unknown for chain in chains)
+
+
+def _enclosed(tree: Tree, configuration: Configuration, given: Sequence[int]) -> Configuration:
+    """The configuration in intervals: given values are points, solved ones have a doubt."""
+    result = Configuration(len(configuration.q), configuration.charts)
+    for k, value in enumerate(configuration.q):
+        if value is None:
+            continue
+        doubt = SOLVED
+        if k in given:
+            doubt = 0.0
+        enclosed = Interval(float(value) - doubt, float(value) + doubt)
+        result.set_value(k, enclosed, revolute=tree.is_revolute(k))
+    return result
+
+
+def _joined(scalars: Sequence[Interval | float] | Vector) -> Interval:
+    """Scalars as one interval of arrays."""
+    parts = [enclosing(x) for x in scalars]
+    return Interval([float(x.lower) for x in parts], [float(x.upper) for x in parts])
+
+
+def _stacked(vectors: Sequence[Interval]) -> Interval:
+    return Interval([x.lower for x in vectors], [x.upper for x in vectors])

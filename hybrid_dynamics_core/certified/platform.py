@@ -1,0 +1,157 @@
+"""All poses of a platform on six legs of given lengths, by a homotopy with certified ends.
+
+A generic platform has forty complex poses. Forty certified ends at different points are therefore
+all of them, whatever the geometry (docs/certified.md has the argument).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..ground.arrays import Array
+from ..ground.wording import counted, singular_or_plural
+from .certificates import Balls, System, all_distinct, certify, chosen, decided, finite
+from .interval import Interval
+from .paths import PathTracker, polished
+from .rounding import bound
+from .start_system import GENERIC_COUNT, StartSystem, distinct, start_system
+from .study import QUADRICS, SIZE, Complex, Legs, pose, quadrics
+
+_SHORT_SUM = 2.0**-49  # share of rounding in sums of at most 12 products
+_TOLERANCES = (1e-6, 1e-7, 1e-8)  # of the tracker, attempt by attempt
+
+
+class LegIntervals(NamedTuple):
+    """Six legs between two bodies, as intervals.
+
+    Attributes:
+        feet: anchor points on the base (6, 3) [m].
+        tips: anchor points on the platform (6, 3) [m].
+        squares: squared lengths (6,) [m^2].
+    """
+
+    feet: Interval
+    tips: Interval
+    squares: Interval
+
+
+class PlatformPoses(NamedTuple):
+    """Real poses, each certified to exist and to be alone near its place.
+
+    Attributes:
+        rotations: rotation of the platform in each pose (k, 3, 3).
+        origins: its origin in each pose (k, 3) [m].
+        complete: whether these were proved to be all.
+        reason: why, in a clause.
+    """
+
+    rotations: Array
+    origins: Array
+    complete: bool
+    reason: str
+
+
+class _Problem(NamedTuple):
+    """The quadrics of scaled legs, and how to scale poses back.
+
+    Attributes:
+        legs: the legs about their centres, of size one.
+        system: their quadrics, with bounds of all errors.
+        foot: centre of the feet (3,) [m].
+        tip: centre of the tips (3,) [m].
+        scale: length of one unit [m].
+    """
+
+    legs: Legs
+    system: System
+    foot: Array
+    tip: Array
+    scale: float
+
+
+def platform_poses(legs: LegIntervals) -> PlatformPoses:
+    """All poses of a platform on six legs, as far as they are reached and certified."""
+    problem = _scaled(legs)
+    points = np.zeros((0, SIZE), dtype=complex)
+    balls = certify(problem.system, points)
+    for number, tolerance in enumerate(_TOLERANCES):
+        start = start_system(number)
+        ends, arrived = _ends(problem, start, tolerance)
+        points = np.concatenate([points, ends])
+        if len(points):
+            points = distinct(points)
+        balls = certify(problem.system, points)
+        balls = chosen(balls, balls.certified & finite(balls))
+        points = balls.centres
+        if len(points) >= GENERIC_COUNT or arrived < len(start.points):
+            break
+    return _result(problem, balls)
+
+
+def _ends(problem: _Problem, start: StartSystem, tolerance: float) -> tuple[Complex, int]:
+    """Ends (n, 8) of the paths that arrived, made exact, and their number."""
+    tracker = PathTracker(start.legs, problem.legs, tolerance)
+    ends = tracker.ends(start.points)
+    arrived = ends.points[ends.arrived]
+    if len(arrived):
+        arrived = polished(problem.system.matrices, arrived)
+    usable = np.isfinite(arrived).all(axis=1)
+    return arrived[usable], int(ends.arrived.sum())
+
+
+def _result(problem: _Problem, balls: Balls) -> PlatformPoses:
+    real = chosen(balls, balls.real)
+    rotations, origins = _poses(problem, real.centres.real)
+    count = len(balls.centres)
+    every = f"{count} of {GENERIC_COUNT} complex solutions are certified"
+    number = len(origins)
+    of_these = f"{number} of them {singular_or_plural(number, 'is', 'are')} real"
+    complete = False
+    if count < GENERIC_COUNT:
+        reason = f"{every}, and {of_these}; the other paths end at infinity or at singular places"
+    elif not (all_distinct(balls) and decided(balls).all()):
+        reason = f"{every}, but some are too near each other to be separated"
+    else:
+        complete = True
+        all_of_them = f"all {counted(count, 'complex solution')} are certified"
+        reason = f"{all_of_them}, {of_these}, and no platform on six legs has more"
+    return PlatformPoses(rotations, origins, complete, reason)
+
+
+def _poses(problem: _Problem, points: Array) -> tuple[Array, Array]:
+    """Rotations and origins of real points (k, 8), in metres."""
+    rotations = np.zeros((len(points), 3, 3))
+    origins = np.zeros((len(points), 3))
+    for k, point in enumerate(points):
+        rotation, moved = pose(point)
+        centre = problem.foot + problem.scale * moved
+        rotations[k] = rotation
+        origins[k] = centre - rotation @ problem.tip
+    return rotations, origins
+
+
+def _scaled(legs: LegIntervals) -> _Problem:
+    foot = legs.feet.middle.mean(axis=0)
+    tip = legs.tips.middle.mean(axis=0)
+    feet = legs.feet - Interval(foot)
+    tips = legs.tips - Interval(tip)
+    squares = legs.squares
+    largest = max(feet.magnitude.max(), tips.magnitude.max(), np.sqrt(squares.magnitude.max()))
+    scale = float(2.0 ** np.ceil(np.log2(largest)))  # a power of two changes no digits
+    inverse = 1.0 / scale
+    feet, tips, squares = feet * inverse, tips * inverse, squares * inverse**2
+    middle = Legs(feet.middle, tips.middle, squares.middle)
+    radii = np.zeros(QUADRICS)
+    radii[:6] = _radii(feet, tips, squares)
+    return _Problem(middle, System(quadrics(middle).real, radii), foot, tip, scale)
+
+
+def _radii(feet: Interval, tips: Interval, squares: Interval) -> Array:
+    """Bounds (6,) of the errors of all entries of the quadrics of legs."""
+    sizes = np.linalg.norm(feet.magnitude, axis=1) + np.linalg.norm(tips.magnitude, axis=1)
+    doubt = feet.radius.sum(axis=1) + tips.radius.sum(axis=1)
+    entries = sizes**2 + squares.magnitude + sizes
+    changes = 4.0 * (sizes + doubt + 1.0) * doubt + squares.radius
+    return bound(_SHORT_SUM * entries + changes)
