@@ -125,6 +125,7 @@ setup(
             "robots/*.yaml",
             "templates/*.yaml",
             "description/*.json",
+            "formats/fmu/sources/*",
         ],
         "hybrid_dynamics_ros.interfaces": ["*.msg"],
         "hybrid_dynamics_ros": ["py.typed", "demo/play/*.xml", "recordings/*/*"],

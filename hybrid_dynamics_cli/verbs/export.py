@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import click
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.export import (
     to_c,
+    to_fmu,
     to_gepetto,
     to_mjcf,
     to_sdf,
@@ -20,6 +21,8 @@ from hybrid_dynamics_core.export import (
 )
 from hybrid_dynamics_core.formats.c.real import REALS
 from hybrid_dynamics_core.formats.c.writer import LOADS
+from hybrid_dynamics_core.formats.fmu.description import FMI3, VERSIONS
+from hybrid_dynamics_core.formats.fmu.variables import FORWARD_DYNAMICS, PROGRAMS
 from hybrid_dynamics_core.formats.output_files import write_files, write_folder
 
 from ..output import written
@@ -27,7 +30,13 @@ from ..parameters import loaded, robot_argument
 from ..writing import output_option, output_path
 
 PAIR = "robot.yaml"
-C = "c"
+C, FMU = "c", "fmu"
+OPTIONS = {  # by name: formats that it belongs to
+    "programs": (C, FMU),
+    "real": (C,),
+    "loads": (C, FMU),
+    "fmi": (FMU,),
+}
 FORMS: dict[str, Callable[[Robot, Path | None], str]] = {  # (robot, folder of the file) -> text
     "urdf": lambda robot, folder: to_urdf(robot.description, folder),
     "urdf+": lambda robot, folder: to_urdf_plus(robot.description, folder),
@@ -52,6 +61,8 @@ Examples:
   hybrid-dynamics export excavator --format robot.yaml -o excavator_pairs.yaml
   hybrid-dynamics export excavator --format c -o excavator_c
   hybrid-dynamics export ankle --format c -o ankle_f --real float
+  hybrid-dynamics export excavator --format fmu -o excavator.fmu
+  hybrid-dynamics export excavator --format fmu -o units --fmi 2.0
   hybrid-dynamics export my_robot.yaml | check_urdf /dev/stdin
 """
 
@@ -61,12 +72,12 @@ Examples:
 @click.option(
     "--format",
     "form",
-    type=click.Choice([*FORMS, PAIR, C]),
+    type=click.Choice([*FORMS, PAIR, C, FMU]),
     default="urdf",
     show_default=True,
     help="Format of the file.",
 )
-@output_option(help="Write to this file, c to this folder; else to the terminal.")
+@output_option(help="Write to this file, c and units to this folder; else to the terminal.")
 @click.option(
     "--overwrite",
     is_flag=True,
@@ -75,20 +86,22 @@ Examples:
 @click.option(
     "--programs",
     metavar="NAMES",
-    help="Of c: functions, such as close,reactions; else closure, kinematics and dynamics.",
+    help="Of c: functions, such as close,reactions; else closure, kinematics and dynamics. Of fmu:"
+    " forward_dynamics (efforts in, motion out), inverse_dynamics, or both.",
 )
 @click.option("--real", type=click.Choice(REALS), help="Of c: type of the numbers; double.")
 @click.option(
     "--loads",
     type=click.Choice(LOADS),
-    help="Of c: loads compiled in, or payload and friction as arguments.",
+    help="Of c and fmu: loads compiled in, or payload and friction as arguments.",
 )
+@click.option("--fmi", type=click.Choice(VERSIONS), help=f"Of fmu: version of FMI; {FMI3}.")
 def command(
     robot: str,
     form: str,
     output: str | None,
     overwrite: bool,
-    **of_c: str | None,
+    **choices: str | None,
 ) -> None:
     """Write the robot for other tools.
 
@@ -96,14 +109,16 @@ def command(
     close the loops, for Pinocchio as Gepetto has them, with the URDF written beside. mjcf: for
     MuJoCo. sdf: SDFormat, for Gazebo. yaml: a description file, as `import` writes it. All these
     can be read back; from urdf comes the tree, with every joint driven. c: closure, kinematics and
-    dynamics in C99, a folder with build files.
+    dynamics in C99, a folder with build files. fmu: units for Simulink and other simulators, with
+    sources, and a binary if there is a C compiler; a FILE.fmu, or a folder of them.
     """
+    _check_options(form, choices)
     if form == C:
-        _write_c(robot, output, overwrite, of_c)
+        _write_c(robot, output, overwrite, choices)
         return
-    for name, value in of_c.items():
-        if value is not None:
-            raise click.UsageError(f"--{name} belongs to --format c; {form} has none")
+    if form == FMU:
+        _write_fmu(robot, output, overwrite, choices)
+        return
     machine = loaded(robot)
     if form == PAIR:
         texts = _pair(machine, output)
@@ -120,8 +135,73 @@ def command(
         click.echo(written(path, title))
 
 
+def _check_options(form: str, choices: Mapping[str, str | None]) -> None:
+    """Refuse options of other formats.
+
+    Raises:
+        click.UsageError: an option is given to a format that has none such.
+    """
+    for name, value in choices.items():
+        forms = OPTIONS[name]
+        if value is not None and form not in forms:
+            listed = " and ".join(forms)
+            raise click.UsageError(f"--{name} belongs to --format {listed}; {form} has none")
+
+
+def _given(choices: Mapping[str, str | None]) -> dict[str, Any]:
+    """Options that are given; programs as a list of names."""
+    options: dict[str, Any] = {}
+    for name, value in choices.items():
+        if value is None:
+            continue
+        options[name] = value
+        if name == "programs":
+            names = [part.strip() for part in value.split(",")]
+            options[name] = [part for part in names if part]
+    return options
+
+
+def _write_fmu(
+    robot: str, output: str | None, overwrite: bool, choices: Mapping[str, str | None]
+) -> None:
+    """Write one unit to a file, or several to a folder.
+
+    Raises:
+        click.UsageError: the file or folder is not named, or several units would be one file.
+    """
+    if output is None:
+        raise click.UsageError(
+            "fmu is a file; say where with --output FILE.fmu, or --output FOLDER"
+        )
+    options = _given(choices)
+    version = options.get("fmi", FMI3)
+    is_file = Path(output).suffix == ".fmu"
+    default = (FORWARD_DYNAMICS,) if is_file else PROGRAMS
+    programs: Sequence[str] = options.get("programs", default)
+    programs = list(dict.fromkeys(programs))
+    if not programs or (is_file and len(programs) > 1):
+        raise click.UsageError(
+            f"--programs: expected one of {', '.join(PROGRAMS)}, or both and --output FOLDER"
+        )
+    place = output_path(output) if is_file else Path(output)
+    machine = loaded(robot)
+    loads = options.get("loads", LOADS[0])
+    units = [to_fmu(machine, name, version=version, loads=loads) for name in programs]
+    if is_file:
+        paths = [place]
+        write_files({place: units[0].content}, machine.description, overwrite)
+    else:
+        contents = {f"{unit.identifier}.fmu": unit.content for unit in units}
+        paths = [place / name for name in contents]
+        write_folder(contents, place, overwrite)
+    for path, unit in zip(paths, units, strict=True):
+        click.echo(written(path, f"FMI {version}, co-simulation and model exchange"))
+        if unit.without_binary:
+            click.echo(f"{path}: sources only, without a binary: {unit.without_binary}", err=True)
+
+
 def _write_c(
-    robot: str, output: str | None, overwrite: bool, of_c: Mapping[str, str | None]
+    robot: str, output: str | None, overwrite: bool, choices: Mapping[str, str | None]
 ) -> None:
     """Write the folder of C code.
 
@@ -130,10 +210,8 @@ def _write_c(
     """
     if output is None:
         raise click.UsageError("c is a folder of files; say where with --output FOLDER")
-    options: dict[str, Any] = {name: value for name, value in of_c.items() if value is not None}
+    options = _given(choices)
     programs = options.pop("programs", None)
-    if programs is not None:
-        programs = [name.strip() for name in programs.split(",") if name.strip()]
     texts = to_c(loaded(robot), programs, **options)
     write_folder(texts, Path(output), overwrite)
     for name in texts:

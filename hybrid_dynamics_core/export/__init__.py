@@ -1,6 +1,7 @@
-"""Robots in the formats of other tools; `load` reads back all that carry loops. And as C99."""
+"""Robots in the formats of other tools, which `load` reads back; C99 and FMU of their model."""
 
 from ..formats.c.writer import to_c
+from ..formats.fmu.writer import FunctionalMockupUnit, to_fmu
 from ..formats.gepetto.writer import Pair, to_gepetto
 from ..formats.mjcf.writer import to_mjcf
 from ..formats.sdf.writer import to_sdf
@@ -9,8 +10,10 @@ from ..formats.urdf.writer import to_urdf
 from ..formats.yaml.writer import to_yaml
 
 __all__ = [
+    "FunctionalMockupUnit",
     "Pair",
     "to_c",
+    "to_fmu",
     "to_gepetto",
     "to_mjcf",
     "to_sdf",

@@ -87,7 +87,8 @@ def _hydraulics(setting: Setting) -> Program:
     return programs.hydraulics(actuation.cylinders, drives)
 
 
-def _no_masses(robot: Robot) -> str:
+def lack_of_masses(robot: Robot) -> str:
+    """What a robot without masses lacks; empty if it has some."""
     links = robot.description.links.values()
     if any(link.mass for link in links) or robot.loads.payloads:
         return ""
@@ -162,7 +163,7 @@ CALLS = (
         "\n   are the joints of its loop",
         ALL_LOADS,
         on_request=True,
-        lacks=_no_masses,
+        lacks=lack_of_masses,
         open=(*PINS[1:], *JOINTS[1:]),
     ),
     Call(
@@ -182,7 +183,7 @@ CALLS = (
         "u'' (NU) and its derivatives (NU, NU) by u, u' and tau",
         ALL_LOADS,
         on_request=True,
-        lacks=_no_masses,
+        lacks=lack_of_masses,
     ),
     Call(
         "ik_step",

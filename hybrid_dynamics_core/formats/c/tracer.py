@@ -21,7 +21,7 @@ from ...programs.outcome import with_kinds
 from ...robot.model import RobotModel
 from ...robot.robot import Robot
 from .calls import FRICTION, GUESS, PINS, Call, Setting
-from .real import Real, loosened
+from .real import PRECISIONS, Precision, Real, loosened
 
 PAYLOAD = 10  # m, centre of mass (3), Ixx, Ixy, Ixz, Iyy, Iyz, Izz about it, all in the frame
 
@@ -110,6 +110,11 @@ class Tracer:
         self._described = [described[index] for index in bodies]
         self._pattern = replace(self._pattern, payloads=bodies, friction=True)
         self._constants["smoothing"] = loads.effects.smoothing.tolist()
+
+    @property
+    def precision(self) -> Precision:
+        """Precision of the code."""
+        return PRECISIONS[self._real]
 
     @property
     def pins(self) -> tuple[str, ...]:

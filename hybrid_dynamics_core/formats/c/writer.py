@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 from ...errors import InputError
@@ -53,17 +54,14 @@ def to_c(
     calls = calls_of(programs, machine)
     _require("real", real, REALS)
     _require("loads", loads, LOADS)
-    names = _names(machine)
+    names = names_of(machine)
     tracer = Tracer(machine, with_loads=loads == "arguments", real=real)
     traced = _traced(tracer, calls)
-    start = tracer.trace_start() if tracer.follows else None
-    precision = PRECISIONS[real]
     readme = readme_text(machine, names, traced, tracer.follows)
     code = {
-        f"{names.prefix}.h": header_text(machine, names, traced, start),
-        f"{names.prefix}.c": source_text(machine, names, traced, start, precision),
+        **_source(machine, names, tracer, traced),
         f"{names.prefix}.hpp": cpp_text(names, traced),
-        "test_vectors.c": vectors_text(machine, names, traced, precision),
+        "test_vectors.c": vectors_text(machine, names, traced, PRECISIONS[real]),
     }
     if real == "float":
         code = {name: in_single_precision(text) for name, text in code.items()}
@@ -73,6 +71,46 @@ def to_c(
         "CMakeLists.txt": cmake_text(names),
         "package.xml": package_text(names),
         "README.md": readme,
+    }
+
+
+def source_of(
+    robot: Robot,
+    programs: Sequence[str],
+    loads: LoadsOf = "description",
+    prefix: str = "",
+) -> dict[str, str]:
+    """The source and header alone, for code that is built around them.
+
+    Args:
+        robot: the robot.
+        programs: names of the functions.
+        loads: as of `to_c`.
+        prefix: of all names; that of the robot if empty.
+
+    Returns:
+        The text of ROBOT.h and ROBOT.c, by their names.
+
+    Raises:
+        InputError: as of `to_c`.
+    """
+    calls = calls_of(programs, robot)
+    _require("loads", loads, LOADS)
+    names = names_of(robot)
+    if prefix:
+        names = replace(names, prefix=prefix)
+    tracer = Tracer(robot, with_loads=loads == "arguments")
+    return _source(robot, names, tracer, _traced(tracer, calls))
+
+
+def _source(
+    robot: Robot, names: Names, tracer: Tracer, traced: Sequence[TracedCall]
+) -> dict[str, str]:
+    """The texts of header and source."""
+    start = tracer.trace_start() if tracer.follows else None
+    return {
+        f"{names.prefix}.h": header_text(robot, names, traced, start),
+        f"{names.prefix}.c": source_text(robot, names, traced, start, tracer.precision),
     }
 
 
@@ -89,7 +127,7 @@ def _require(name: str, value: object, allowed: Sequence[str]) -> None:
         raise InputError(f"{name}: {value!r}: expected {' or '.join(allowed)}")
 
 
-def _names(robot: Robot) -> Names:
+def names_of(robot: Robot) -> Names:
     """Identifiers of a robot.
 
     Raises:
