@@ -1,4 +1,7 @@
-"""`python -m benchmarks.estimation [--lifts N] [--seed S] [--publish]`: accuracy of weighing."""
+"""Accuracy of weighing and of forces at the tool.
+
+python -m benchmarks.estimation [--lifts N] [--forces N] [--seed S] [--publish]
+"""
 
 from __future__ import annotations
 
@@ -7,24 +10,37 @@ from pathlib import Path
 
 from benchmarks import publish
 
+from .forces import force_table, pushed
 from .weighing import weighed, weighing_table
 
+LIFTS = 200
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def main() -> None:
-    """Simulate lifts, weigh them, print the table, and put it into the docs if asked."""
+    """Simulate machines, print the tables, and put them into the docs if asked."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.estimation", description=__doc__)
-    parser.add_argument("--lifts", type=int, default=200, help="number of simulated machines")
+    parser.add_argument("--lifts", type=int, help="number of machines that weigh; 200 if alone")
+    parser.add_argument("--forces", type=int, help="number of machines that feel a force")
     parser.add_argument("--seed", type=int, default=0, help="seed of the first one")
-    parser.add_argument(
-        "--publish", action="store_true", help="put the table into docs/weighing.md"
-    )
+    parser.add_argument("--publish", action="store_true", help="put the tables into the docs")
     arguments = parser.parse_args()
-    lines = weighing_table(weighed(arguments.lifts, arguments.seed))
+    lifts = arguments.lifts
+    if lifts is None and arguments.forces is None:
+        lifts = LIFTS
+    if lifts:
+        lines = weighing_table(weighed(lifts, arguments.seed))
+        _show("weighing", "weighing.md", lines, arguments.publish)
+    if arguments.forces:
+        lines = force_table(pushed(arguments.forces, arguments.seed))
+        _show("forces", "tool_force.md", lines, arguments.publish)
+
+
+def _show(name: str, page: str, lines: list[str], is_published: bool) -> None:
+    """Print a table, and put it into a page if asked."""
     print("\n".join(lines))
-    if arguments.publish:
-        publish.put(ROOT / "docs" / "weighing.md", "weighing", lines)
+    if is_published:
+        publish.put(ROOT / "docs" / page, name, lines)
 
 
 if __name__ == "__main__":

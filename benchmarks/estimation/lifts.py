@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from hybrid_dynamics_core import Payload, Robot, load
-from hybrid_dynamics_core.control import JointTrajectory
+from hybrid_dynamics_core import ClosedState, Loads, Payload, Robot, load
+from hybrid_dynamics_core.control import JointTrajectory, Reference
 from hybrid_dynamics_core.description.effects import JointEffect
 from hybrid_dynamics_core.description.model import RobotDescription
 from hybrid_dynamics_core.dynamics.hydraulics import chamber_pressures
@@ -92,15 +92,35 @@ class Recording:
 
 def recorded(true: Robot, rng: np.random.Generator, load_mass: float) -> Recording:
     """A lift of a load, with noise."""
+    motion = moved(true, rng)
+    com = np.array([-0.6, 0.35, 0.0]) + rng.uniform(-0.1, 0.1, 3)
+    inertia = load_mass * np.diag([0.08, 0.08, 0.08])
+    loads = true.loads.with_payload(Payload(load_mass, com, inertia))
+    return measured(true, rng, motion, loads)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Times (N,) [s], goals and closed states of a motion."""
+
+    time: Array
+    goal: Reference
+    state: ClosedState
+
+
+def moved(true: Robot, rng: np.random.Generator) -> Motion:
+    """The motion of a lift, with other points each time."""
     spread = TRAVEL * rng.uniform(-1.0, 1.0, (len(TIMES), 4))
     stops = np.zeros((len(TIMES), 4))
     path = JointTrajectory(list(TIMES), PATH + spread, stops, stops)
     time = np.arange(0.0, TIMES[-1], 1.0 / RATE)
     goal = path(time)
-    state = true.close(goal.u, goal.du)
-    com = np.array([-0.6, 0.35, 0.0]) + rng.uniform(-0.1, 0.1, 3)
-    inertia = load_mass * np.diag([0.08, 0.08, 0.08])
-    loads = true.loads.with_payload(Payload(load_mass, com, inertia))
+    return Motion(time, goal, true.close(goal.u, goal.du))
+
+
+def measured(true: Robot, rng: np.random.Generator, motion: Motion, loads: Loads) -> Recording:
+    """What noisy sensors give of a motion under some loads."""
+    time, goal, state = motion.time, motion.goal, motion.state
     tau = true.inverse_dynamics(state, goal.ddu, loads)
     positions: dict[str, Array] = {}
     pressures: dict[str, tuple[Array, Array]] = {}

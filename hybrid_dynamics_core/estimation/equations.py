@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..closed_state.state import ClosedState
 from ..dynamics.load_pattern import INERTIAL
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
+from ..robot.robot import Robot
 from .run import MeasuredRun, Rows
 from .tolerances import Tolerances
 from .unknowns import (
@@ -167,11 +169,11 @@ class Modelling:
             run: the run.
             loaded: whether the tool carries the load.
         """
-        to_drives = self._to_drives(run)
+        mapping = to_drives(self.robot, run.state, self.drives)
         regressor = self.robot.regressor(run.state, run.ddu, self.parameters, self.loads)
-        along = to_drives @ regressor
+        along = mapping @ regressor
         required = self.robot.inverse_dynamics(run.state, run.ddu, self.loads)
-        model = (to_drives @ required[..., None])[..., 0]
+        model = (mapping @ required[..., None])[..., 0]
         k = len(self.drives)
         load = np.zeros((len(model), k, INERTIAL))
         if loaded:
@@ -188,25 +190,30 @@ class Modelling:
             at_rest=self._standstill(run),
         )
 
-    def _to_drives(self, run: MeasuredRun) -> Array:
-        """Maps (N, k, n) from tau to the efforts of the drives.
-
-        By virtual work tau = R_d^T f. R_d (n, n) has the rows of R of drives and idle joints.
-        """
-        robot = self.robot
-        determining = [*robot.drives, *robot.idle]
-        rows = [robot.coordinates.index(name) for name in determining]
-        transposed = np.swapaxes(run.state.R[:, rows], -1, -2)
-        inverse = np.linalg.inv(transposed)
-        chosen = [determining.index(name) for name in self.drives]
-        return np.asarray(inverse[:, chosen])
-
     def _standstill(self, run: MeasuredRun) -> Array:
         """Share (N, k) of Coulomb friction that is open: what its smoothed sign lacks to 1."""
         indices = [self.robot.coordinates.index(name) for name in self.drives]
         rates = run.state.ds[:, indices]
         smoothing = self.loads.effects.smoothing[indices]
         return np.asarray(1.0 - np.abs(rates) / np.hypot(rates, smoothing))
+
+
+def to_drives(robot: Robot, state: ClosedState, drives: tuple[str, ...]) -> Array:
+    """Maps (N, k, n) from tau to the efforts of drives.
+
+    By virtual work tau = R_d^T f. R_d (n, n) has the rows of R of drives and idle joints.
+
+    Args:
+        robot: the robot.
+        state: closed states, a batch of N.
+        drives: names of the k drives.
+    """
+    determining = [*robot.drives, *robot.idle]
+    rows = [robot.coordinates.index(name) for name in determining]
+    transposed = np.swapaxes(state.R[:, rows], -1, -2)
+    inverse = np.linalg.inv(transposed)
+    chosen = [determining.index(name) for name in drives]
+    return np.asarray(inverse[:, chosen])
 
 
 def standstill_columns(blocks: Blocks, friction: Array) -> tuple[Array, Array]:

@@ -118,12 +118,7 @@ def _matching(empty: MeasuredRun, run: MeasuredRun) -> MeasuredRun:
     """The empty run with the drives of the other one; raises InputError if it lacks some."""
     if empty.robot.description is not run.robot.description and empty.robot.name != run.robot.name:
         raise InputError(f"empty is a run of {empty.robot.name}, the other of {run.robot.name}")
-    missing = [name for name in run.drives if name not in empty.drives]
-    if missing:
-        raise InputError(f"empty: no effort of {', '.join(missing)}; expected those of the run")
-    columns = [empty.drives.index(name) for name in run.drives]
-    parts = (empty.robot, empty.state, empty.ddu, empty.efforts[:, columns], run.drives)
-    return MeasuredRun(*parts, empty.time, empty.exchanged)
+    return empty.of_drives(run.drives)
 
 
 class _Weighing:

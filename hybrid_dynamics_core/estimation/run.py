@@ -37,6 +37,7 @@ class MeasuredRun:
         drives: the k drives with efforts.
         time: (N,) [s]; None for poses that are no motion.
         exchanged: efforts (N,) by cylinder if cap and rod pressures were exchanged [N].
+        bandwidth: to which the motion was smoothed [Hz]; infinite if it was not.
     """
 
     robot: Robot
@@ -46,6 +47,7 @@ class MeasuredRun:
     drives: tuple[str, ...]
     time: Array | None = None
     exchanged: Mapping[str, Array] = field(default_factory=lambda: MappingProxyType({}))
+    bandwidth: float = np.inf
 
     @classmethod
     def from_state(
@@ -121,7 +123,8 @@ class MeasuredRun:
         _check_changing(robot, stamps, motion, pressures)
         drives = tuple(measured)
         table = np.stack(list(measured.values()), axis=1)
-        return cls(robot, motion.state, motion.ddu, table, drives, stamps, exchanged)
+        parts = (robot, motion.state, motion.ddu, table, drives, stamps, exchanged)
+        return cls(*parts, bandwidth)
 
     def rows(self, rows: Rows | slice) -> MeasuredRun:
         """The run of some samples, by their indices or a slice."""
@@ -134,7 +137,21 @@ class MeasuredRun:
             drives=self.drives,
             time=None if self.time is None else self.time[rows],
             exchanged=MappingProxyType(exchanged),
+            bandwidth=self.bandwidth,
         )
+
+    def of_drives(self, drives: tuple[str, ...]) -> MeasuredRun:
+        """The run with the efforts of some drives only.
+
+        Raises:
+            InputError: the run lacks one of them.
+        """
+        missing = [name for name in drives if name not in self.drives]
+        if missing:
+            raise InputError(f"empty: no effort of {', '.join(missing)}; expected those of the run")
+        columns = [self.drives.index(name) for name in drives]
+        parts = (self.robot, self.state, self.ddu, self.efforts[:, columns], drives)
+        return MeasuredRun(*parts, self.time, self.exchanged, self.bandwidth)
 
 
 def _measured(
