@@ -15,7 +15,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.certified.geometries import random_legs, solved
+from hybrid_dynamics_core.certified.complex_ball import Ball
+from hybrid_dynamics_core.certified.planar_poses import PlanarLegs, planar_poses
+from tests.certified.geometries import random_legs, random_planar_legs, solved
 from tests.hard_cases.multistart import platform_poses
 
 STARTS = 300  # of the other method
@@ -44,5 +46,23 @@ def count_platforms(number: int) -> None:
     print(f"  time: median {np.median(times):.3f} s, longest {max(times):.3f} s")
 
 
+def count_planar(number: int) -> None:
+    """Random planar platforms on three legs, all at once."""
+    feet, tips, squares, _, turn = random_planar_legs(np.random.default_rng(0), number)
+    balls = [Ball(x.astype(complex), 1e-16 * np.abs(x)) for x in (feet, tips, squares)]
+    begin = time.perf_counter()
+    poses = planar_poses(PlanarLegs(*balls))
+    wall = time.perf_counter() - begin
+    counts = Counter(poses.real.sum(axis=1).tolist())
+    apart = np.where(poses.real, np.abs(poses.turns - turn), 1.0).min(axis=1)
+    missing = np.count_nonzero(poses.complete & (apart > 1e-4))
+    shares = ", ".join(f"{n}: {counts[n]}" for n in sorted(counts))
+    unproved = number - np.count_nonzero(poses.complete)
+    print(f"planar platforms: {number}, not proved {unproved}, poses missing {missing}")
+    print(f"  numbers of modes {shares}")
+    print(f"  time: {wall:.2f} s in all")
+
+
 if __name__ == "__main__":
+    count_planar(10000)
     count_platforms(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

@@ -9,9 +9,12 @@ import numpy as np
 
 from ..closure.blocks.block_solver import BlockSolver
 from ..ground.arrays import Array
+from ..ground.wording import counted
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
 from .leg_platform import CLEAR, LegPlatform, leg_platform
+from .planar_platform import PlanarPlatform, planar_platform
+from .planar_poses import planar_poses
 from .platform import platform_poses
 
 
@@ -50,7 +53,30 @@ def certified_modes(block: BlockSolver, setting: Setting) -> BlockModes | None:
     platform = leg_platform(block)
     if platform is not None:
         return _modes_of_platform(platform, block, setting)
+    planar = planar_platform(block)
+    if planar is not None:
+        return _modes_in_plane(planar, block, setting)
     return None
+
+
+def _modes_in_plane(platform: PlanarPlatform, block: BlockSolver, setting: Setting) -> BlockModes:
+    legs = platform.balls(setting.tree, setting.configuration, setting.given)
+    poses = planar_poses(legs)
+    real = poses.real[0]
+    solutions: list[list[float]] = []
+    for turn, place in zip(poses.turns[0, real], poses.places[0, real], strict=True):
+        placed = platform.placed(
+            complex(turn), complex(place), setting.configuration, setting.guess
+        )
+        if placed is not None:
+            solutions.append([float(placed.q[k]) for k in block.unknowns])
+    values = np.reshape(solutions, (len(solutions), len(block.unknowns)))
+    complete = bool(poses.complete[0]) and len(solutions) == np.count_nonzero(real)
+    number = counted(len(solutions), "certified root")
+    reason = f"{number} of its resultant on the unit circle"
+    if complete:
+        reason = f"{reason}, and it is proved to have no other"
+    return BlockModes(values, complete, reason)
 
 
 def _modes_of_platform(platform: LegPlatform, block: BlockSolver, setting: Setting) -> BlockModes:

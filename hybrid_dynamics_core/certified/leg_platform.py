@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..algebra.vector import ZERO3, Vector, dot
+from ..algebra.vector import ZERO3, dot
 from ..closure.blocks.block_solver import BlockSolver
 from ..closure.blocks.leg_blocks import BallJointBlock
 from ..closure.blocks.three_spheres import slides_only
@@ -21,11 +21,10 @@ from ..closure.constraints.spatial import Chain
 from ..ground.arrays import Array
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree, rows
-from .interval import Interval, enclosing
+from .enclosed import enclosed, joined, stacked
 from .platform import LegIntervals
 
 LEGS = 6
-SOLVED = 1e-12  # [rad or m] doubt of coordinates that other blocks have solved
 CLEAR = 1e-6  # margin of the ball joint, or determinant of the slides, below which it is singular
 
 
@@ -108,14 +107,14 @@ class LegPlatform:
             configuration: values of all coordinates but the unknowns.
             given: coordinates whose values are exact.
         """
-        enclosed = _enclosed(tree, configuration, given)
+        here = enclosed(tree, configuration, given)
         feet, tips, squares = [], [], []
         for leg in self.legs:
-            feet.append(_joined(leg.pivot.before.at(enclosed).end))
-            bar = leg.pivot.after.at(enclosed).relative_to(leg.pivot.centre)
-            tips.append(_joined(leg.target.point))
+            feet.append(joined(leg.pivot.before.at(here).end))
+            bar = leg.pivot.after.at(here).relative_to(leg.pivot.centre)
+            tips.append(joined(leg.target.point))
             squares.append(dot(bar.end, bar.end))
-        return LegIntervals(_stacked(feet), _stacked(tips), _joined(squares))
+        return LegIntervals(stacked(feet), stacked(tips), joined(squares))
 
 
 def leg_platform(block: BlockSolver) -> LegPlatform | None:
@@ -141,27 +140,3 @@ def _moves(leg: Distance, unknown: frozenset[int]) -> bool:
     """Whether the foot or the length of a leg depends on the unknowns."""
     chains = (leg.pivot.before, leg.pivot.after)
     return any(chain.coordinates & unknown for chain in chains)
-
-
-def _enclosed(tree: Tree, configuration: Configuration, given: Sequence[int]) -> Configuration:
-    """The configuration in intervals: given values are points, solved ones have a doubt."""
-    result = Configuration(len(configuration.q), configuration.charts)
-    for k, value in enumerate(configuration.q):
-        if value is None:
-            continue
-        doubt = SOLVED
-        if k in given:
-            doubt = 0.0
-        enclosed = Interval(float(value) - doubt, float(value) + doubt)
-        result.set_value(k, enclosed, revolute=tree.is_revolute(k))
-    return result
-
-
-def _joined(scalars: Sequence[Interval | float] | Vector) -> Interval:
-    """Scalars as one interval of arrays."""
-    parts = [enclosing(x) for x in scalars]
-    return Interval([float(x.lower) for x in parts], [float(x.upper) for x in parts])
-
-
-def _stacked(vectors: Sequence[Interval]) -> Interval:
-    return Interval([x.lower for x in vectors], [x.upper for x in vectors])

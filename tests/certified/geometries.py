@@ -24,3 +24,14 @@ def random_legs(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.nd
 def solved(feet: np.ndarray, tips: np.ndarray, lengths: np.ndarray) -> PlatformPoses:
     length = Interval(lengths)
     return platform_poses(LegIntervals(Interval(feet), Interval(tips), length * length))
+
+
+def random_planar_legs(rng: np.random.Generator, number: int) -> tuple[np.ndarray, ...]:
+    """Feet, tips and squared lengths (N, 3) that fit the place and exp(i theta) (N, 1) after."""
+
+    def points(*shape: int) -> np.ndarray:
+        return rng.uniform(-1.0, 1.0, shape) + 1j * rng.uniform(-1.0, 1.0, shape)
+
+    feet, tips, place = points(number, 3), 0.7 * points(number, 3), points(number, 1)
+    turn = np.exp(1j * rng.uniform(-np.pi, np.pi, (number, 1)))
+    return feet, tips, np.abs(place + tips * turn - feet) ** 2, place, turn

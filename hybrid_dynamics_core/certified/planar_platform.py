@@ -1,0 +1,190 @@
+"""Blocks of the closure plan that are a planar platform on three legs.
+
+Each leg turns about a foot and is pinned to the platform. The platform is carried by two slides and
+a pivot, or by one of its legs. So the modes of the block are the poses of the platform.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..algebra.vector import Vector, dot, sub
+from ..closure.blocks.block_solver import BlockSolver
+from ..closure.constraints.equations import loops_of
+from ..closure.constraints.planar import PlanarJoint, PlanarPin, planar_chain
+from ..ground.arrays import Array
+from ..mechanism.configuration import Configuration
+from ..mechanism.tree import Tree
+from .enclosed import enclosed, in_plane, on_axis
+from .planar_poses import PlanarLegs
+
+LEGS = 3
+CLEAR = 1e-9  # area between the directions of two slides below which they are parallel
+
+Joints = tuple[PlanarJoint, ...]
+
+
+class PlanarLeg(NamedTuple):
+    """A leg that turns about a foot.
+
+    Attributes:
+        joints: its joints.
+        pivot: the one that is unknown.
+        end: its end point (2,) at zero [m].
+    """
+
+    joints: Joints
+    pivot: PlanarJoint
+    end: Vector
+
+
+@dataclass(frozen=True)
+class PlanarPlatform:
+    """A planar platform on three legs.
+
+    Attributes:
+        carrier: joints of the chain that carries the platform.
+        unknown: the unknown ones among them.
+        tips: points (2,) of the platform at zero [m], one a leg.
+        legs: the legs to these points.
+    """
+
+    carrier: Joints
+    unknown: Joints
+    tips: tuple[Vector, ...]
+    legs: tuple[PlanarLeg, ...]
+
+    def balls(self, tree: Tree, configuration: Configuration, given: Sequence[int]) -> PlanarLegs:
+        """The geometry of the legs with outward rounding, in the platform's place at zero.
+
+        Args:
+            tree: the spanning tree.
+            configuration: values of all coordinates but the unknowns.
+            given: coordinates whose values are exact.
+        """
+        here = enclosed(tree, configuration, given)
+        feet, squares = [], []
+        for joints, pivot, end in self.legs:
+            turned = here.with_zeros([pivot.coordinate])
+            state = planar_chain(joints, end, turned)
+            foot = state.places[joints.index(pivot)]
+            bar = sub(state.end, foot)
+            feet.append(foot)
+            squares.append(dot(bar, bar))
+        return PlanarLegs(in_plane(feet), in_plane(self.tips), on_axis(squares))
+
+    def placed(
+        self, turn: complex, place: complex, configuration: Configuration, guess: Sequence[float]
+    ) -> Configuration | None:
+        """A configuration in which the platform has a pose; None if slides are parallel.
+
+        Args:
+            turn: exp(i theta), where theta is measured from all joints at zero.
+            place: where the origin of the plane goes with the platform [m].
+            configuration: values of all coordinates but the unknowns.
+            guess: all coordinates nearby [rad, m].
+        """
+        *slides, pivot = self.unknown
+        trial = configuration.with_zeros(k.coordinate for k in self.unknown)
+        rotation = _turn_of(self.carrier, trial)
+        _turn_to(trial, pivot, turn / rotation, guess)
+        state = planar_chain(self.carrier, (0.0, 0.0), trial)
+        directions = np.array([_direction(self.carrier, state.places, k) for k in slides]).T
+        gap = np.array([place.real, place.imag]) - np.array(state.end, dtype=float)
+        if abs(float(np.linalg.det(directions))) < CLEAR:
+            return None
+        strokes = np.linalg.solve(directions, gap)
+        for joint, stroke in zip(slides, strokes.tolist(), strict=True):
+            trial.set_length(joint.coordinate, stroke)
+        for leg, tip in zip(self.legs, self.tips, strict=True):
+            self._aim(leg, tip, trial, guess)
+        return trial
+
+    def _aim(
+        self, leg: PlanarLeg, tip: Vector, configuration: Configuration, guess: Sequence[float]
+    ) -> None:
+        """Turn a leg to its tip."""
+        goal = planar_chain(self.carrier, tip, configuration).end
+        configuration.set_angle(leg.pivot.coordinate, 0.0)
+        state = planar_chain(leg.joints, leg.end, configuration)
+        foot = state.places[leg.joints.index(leg.pivot)]
+        wanted = complex(*sub(goal, foot))
+        _turn_to(configuration, leg.pivot, wanted / complex(*sub(state.end, foot)), guess)
+
+
+def planar_platform(block: BlockSolver) -> PlanarPlatform | None:
+    """A block as a planar platform on three legs; None if it is none."""
+    pins = [loop for loop in loops_of(block.equations) if isinstance(loop, PlanarPin)]
+    if not 2 * len(pins) == len(block.equations) == len(block.unknowns) == 2 * LEGS:
+        return None
+    unknown = frozenset(block.unknowns)
+    shared = _shared(pins)
+    legs, tips, carriers = [], [], []
+    for pin in pins:
+        parts = _parts(pin, unknown, shared)
+        if parts is None:
+            return None
+        leg, carrier, tip = parts
+        legs.append(leg)
+        carriers.append(carrier)
+        tips.append(tip)
+    carrier = carriers[0]
+    moving = tuple(joint for joint in carrier if joint.coordinate in unknown)
+    if any(other != carrier for other in carriers) or not _slides_then_turns(moving):
+        return None
+    return PlanarPlatform(carrier, moving, tuple(tips), tuple(legs))
+
+
+def _shared(pins: Sequence[PlanarPin]) -> frozenset[int]:
+    """Coordinates that belong to all loops."""
+    sets = [frozenset(joint.coordinate for joint in pin.geometry.joints) for pin in pins]
+    return frozenset.intersection(*sets)
+
+
+def _parts(
+    pin: PlanarPin, unknown: frozenset[int], shared: frozenset[int]
+) -> tuple[PlanarLeg, Joints, Vector] | None:
+    """The leg of a loop, its other chain and the tip; None if it is no leg."""
+    g = pin.geometry
+    ends = ((g.chain_a, g.point_a), (g.chain_b, g.point_b))
+    for (joints, end), other in zip(ends, reversed(ends), strict=True):
+        moving = [joint for joint in joints if joint.coordinate in unknown]
+        if len(moving) == 1 and moving[0].revolute and moving[0].coordinate not in shared:
+            carrier, tip = other
+            return PlanarLeg(joints, moving[0], end), carrier, tip
+    return None
+
+
+def _slides_then_turns(joints: Joints) -> bool:
+    """Whether joints are two slides and one pivot, which is the last."""
+    kinds = [joint.revolute for joint in joints]
+    return kinds == [False, False, True]
+
+
+def _turn_of(joints: Joints, configuration: Configuration) -> complex:
+    """exp(i theta) of the last link of a chain."""
+    total = 1.0 + 0.0j
+    for joint in joints:
+        if joint.revolute:
+            k = joint.coordinate
+            total *= complex(configuration.c[k], joint.sign * configuration.s[k])
+    return total
+
+
+def _turn_to(
+    configuration: Configuration, joint: PlanarJoint, turn: complex, guess: Sequence[float]
+) -> None:
+    """Set a joint that turns its link by exp(i theta), given up to its size."""
+    size = abs(turn)
+    k = joint.coordinate
+    configuration.set_direction(k, turn.real / size, joint.sign * turn.imag / size, guess[k])
+
+
+def _direction(joints: Joints, places: Sequence[Vector], joint: PlanarJoint) -> Array:
+    """Direction (2,) in which a slide moves the chain."""
+    direction = np.array(places[joints.index(joint)], dtype=float)
+    return joint.sign * direction
