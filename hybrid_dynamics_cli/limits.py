@@ -8,10 +8,11 @@ from typing import Any
 
 import click
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import ClosedState, Robot, SingularityError
 from hybrid_dynamics_core.description.values import ENDLESS
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import coordinate_unit
+from hybrid_dynamics_core.limits import LimitMargins, Margin
 
 from .output import number
 
@@ -79,6 +80,43 @@ def beyond(machine: Robot, names: Sequence[str], values: Array) -> list[dict[str
         text = f"{name} = {number(value)} {unit} is beyond its limit {number(limit)} {unit}"
         click.echo(f"note: {text}{_degrees_hint(value, unit)}", err=True)
     return violations
+
+
+def margins_at(machine: Robot, state: ClosedState, ddu: Array, tau: Array) -> LimitMargins | None:
+    """Margins of a motion to all limits; None where the drives cannot give its efforts."""
+    try:
+        return machine.limit_margins(state, ddu, tau)
+    except SingularityError:
+        return None
+
+
+def margin_facts(margins: LimitMargins | None) -> dict[str, Any]:
+    """What is beyond its limit, and the quantity nearest to one, as plain data."""
+    if margins is None:
+        return {"beyond": [], "nearest": None}
+    nearest = margins.nearest
+    return {
+        "beyond": [_margin_facts(margin) for margin in margins.beyond],
+        "nearest": None if nearest is None else _margin_facts(nearest),
+    }
+
+
+def margin_lines(margins: LimitMargins | None) -> list[str]:
+    """A line for each quantity beyond its limit; those of coordinates are notes of `beyond`."""
+    if margins is None:
+        return []
+    return [f"beyond: {one.text}" for one in margins.beyond if one.kind != "position"]
+
+
+def _margin_facts(margin: Margin) -> dict[str, Any]:
+    return {
+        "kind": margin.kind,
+        "name": margin.name,
+        "value": margin.value,
+        "limit": margin.limit,
+        "margin": margin.margin,
+        "unit": margin.unit,
+    }
 
 
 def _degrees_hint(value: float, unit: str) -> str:

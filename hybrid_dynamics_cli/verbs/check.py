@@ -17,7 +17,7 @@ from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 
 from ..closure_coverage import ClosureCoverage, closure_coverage
-from ..limits import narrowed
+from ..limits import margin_lines, margins_at, narrowed
 from ..output import by_name, number, show, show_written, table, written
 from ..parameters import json_option, loaded, loaded_undecided, robot_argument
 from ..writing import draw_option, overwrite_option, picture_for
@@ -184,9 +184,18 @@ def remarks(machine: Robot) -> list[str]:
         notes.append(f"the reference is near a singularity of {loop} ({number(distance)})")
     if _has_masses(machine):
         notes += _mass_remarks(machine, state)
+        notes += _held_remarks(machine, state)
     else:
         notes.append("no link has a mass: kinematics only, all efforts are zero")
     return notes
+
+
+def _held_remarks(machine: Robot, state: ClosedState) -> list[str]:
+    """Notes on drives that cannot hold the robot at its reference."""
+    still = np.zeros(len(machine.active))
+    tau = machine.inverse_dynamics(state, still)
+    lines = margin_lines(margins_at(machine, state, still, tau))
+    return [f"held at rest at the reference, {line}" for line in lines]
 
 
 def _distant_angles(machine: Robot, state: ClosedState) -> list[str]:

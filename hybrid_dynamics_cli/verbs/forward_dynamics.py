@@ -7,7 +7,7 @@ import numpy as np
 
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
-from ..limits import beyond, role
+from ..limits import beyond, margin_facts, margin_lines, margins_at, role
 from ..load_options import load_options, loads_of, pressure_forces, pressures_option
 from ..output import by_name, show, table
 from ..parameters import (
@@ -76,7 +76,10 @@ def command(
         "dds": by_name(machine.coordinates, dds),
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
-    text = table(["coordinate", "", "acceleration", "unit"], rows)
+    margins = margins_at(machine, state, ddu, efforts)
+    data["limits"] = margin_facts(margins)
+    table_text = table(["coordinate", "", "acceleration", "unit"], rows)
+    text = "\n".join([table_text, *margin_lines(margins)])
     if pins:
         reactions = machine.reactions(state, ddu, loads)
         data["pins"] = pin_data(reactions)

@@ -8,7 +8,9 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import InputError
+from hybrid_dynamics_core.limits.limits import HYDRAULIC
 
+from ..limits import margin_facts
 from ..load_options import load_options, loads_of
 from ..output import show, table
 from ..parameters import (
@@ -63,7 +65,8 @@ def command(
     tau = machine.inverse_dynamics(state, accelerations, loads)
     data = {}
     rows: list[list[object]] = []
-    notes = []
+    margins = machine.limit_margins(state, accelerations, tau)
+    notes = [f"note: {margin.text}" for margin in margins.beyond if margin.kind in HYDRAULIC]
     for name, cylinder in machine.hydraulics(state, tau).items():
         values = {one.name: np.asarray(getattr(cylinder, one.name)) for one in fields(cylinder)}
         data[name] = values
@@ -71,8 +74,6 @@ def command(
         row = [numbers["force"], numbers["cap_pressure"] / BAR, numbers["rod_pressure"] / BAR]
         row += [numbers["demand"] * LITRES, numbers["power"]]
         rows.append([name, *row, numbers["to_lower"], numbers["to_upper"]])
-        if cylinder.overloaded:
-            limit = machine.cylinders[name].supply_pressure / BAR
-            notes.append(f"note: {name} needs more than its supply pressure of {limit:g} bar")
     total = sum(float(values["demand"]) for values in data.values())
-    show({"cylinders": data, "demand": total}, as_json, "\n".join([table(HEAD, rows), *notes]))
+    data_all = {"cylinders": data, "demand": total, "limits": margin_facts(margins)}
+    show(data_all, as_json, "\n".join([table(HEAD, rows), *notes]))

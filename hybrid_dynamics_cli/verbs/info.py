@@ -102,6 +102,7 @@ def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]
             "effort_limit": plain(joint.effort_limit),
             "velocity_limit": plain(joint.velocity_limit),
             "power_limit": plain(joint.power_limit),
+            "acceleration_limit": plain(joint.acceleration_limit),
         }
         coordinates.append(entry)
     return coordinates

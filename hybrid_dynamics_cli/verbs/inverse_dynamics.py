@@ -10,7 +10,7 @@ from hybrid_dynamics_core import ClosedState, Robot
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import effort_unit
 
-from ..limits import beyond
+from ..limits import beyond, margin_facts, margin_lines, margins_at
 from ..load_options import load_options, loads_of, pressure_forces, pressures_option
 from ..output import by_name, show, table
 from ..parameters import (
@@ -91,7 +91,10 @@ def command(
         "singularity": state.singularity,
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
+    margins = margins_at(machine, state, accelerations, tau)
+    data["limits"] = margin_facts(margins)
     notes = [f"note: {name} is idle: nobody gives the effort along it" for name in machine.idle]
+    notes += margin_lines(margins)
     texts = ["\n".join([table(HEAD, rows), *notes])]
     if pressures:
         measured = measured_forces(machine, state, tau, pressures)

@@ -10,8 +10,10 @@ import numpy as np
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.units import coordinate_unit
+from hybrid_dynamics_core.limits import LimitMargins
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
+from ..limits import margin_facts, margins_at
 from ..output import by_name, number, show, show_written, table
 from ..parameters import (
     EFFORTS,
@@ -63,6 +65,9 @@ Examples:
     ),
 )
 @click.option("--rate", type=FREQUENCY, default=100.0, show_default=True, help="Samples a second.")
+@click.option(
+    "--saturate", is_flag=True, help="Drives give no more than their limits, pressures and flows."
+)
 @output_option("--save", "save", help="Write the motion to a .csv or .npz file.")
 @draw_option("plot", help="Draw it")
 @overwrite_option
@@ -74,6 +79,7 @@ def command(
     du: str | None,
     tau: str | None,
     rate: float,
+    saturate: bool,
     save: str | None,
     plot: str | None,
     overwrite: bool,
@@ -94,15 +100,33 @@ def command(
         closed(machine, u, du),
         tau=_efforts(machine, tau),
         t_span=(0.0, seconds),
-        settings=Settings(rate=rate),
+        settings=_settings(rate, saturate),
     )
-    show(facts(result), as_json, text(machine, result))
+    margins = margins_at(machine, result.state, result.ddu, result.tau)
+    data = facts(result) | {"limits": margin_facts(margins)}
+    lines = [text(machine, result), *_margin_lines(result, margins)]
+    show(data, as_json, "\n".join(lines))
     if save:
         result.save(save)
         show_written(save, "the motion", as_json)
     if plot:
         _draw(machine, result, plot)
         show_written(plot, "its picture", as_json)
+
+
+def _settings(rate: float, saturate: bool) -> Settings:
+    """Settings of the simulation; near limits of flow the motion is stiff."""
+    if saturate:
+        return Settings(rate=rate, saturate=True, method="LSODA", rtol=1e-6, atol=1e-8)
+    return Settings(rate=rate)
+
+
+def _margin_lines(result: Simulation, margins: LimitMargins | None) -> list[str]:
+    """What was beyond its limit, where it was furthest."""
+    if margins is None:
+        return []
+    times = {one.text: number(float(result.t[one.index])) for one in margins.beyond}
+    return [f"beyond at {time} s: {text}" for text, time in times.items()]
 
 
 def _draw(machine: Robot, result: Simulation, path: str) -> None:

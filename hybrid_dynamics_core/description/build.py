@@ -13,6 +13,7 @@ from .attached_frames import AttachedFrames
 from .checks.plausible_lengths import warn_of_lengths
 from .checks.plausible_masses import warn_of_masses
 from .document import Data, Document
+from .drive_limits.read import read_effort_table, read_pumps
 from .entries import Entry, section_entries, section_entry
 from .followers import multiplier_path, multipliers_of
 from .forces import read_actuators, read_effects, read_payloads, read_transmissions
@@ -96,6 +97,7 @@ class _Builder:
             actuators=read_actuators(self.values),
             visuals=read_visuals(section_entries(self.values, "links"), self.attached),
             transmissions=read_transmissions(self.values),
+            pumps=read_pumps(self.values),
         )
 
     def gravity(self) -> Array:
@@ -198,6 +200,8 @@ class _Builder:
         if joint_type == "revolute":
             written = entry.get("limits") or []
             self.values.warn_of_degrees(written, limits, entry.key_path("limits"))
+        table = read_effort_table(entry.sub("effort_table"))
+        effort = entry.bound("effort_limit")
         return Joint(
             name,
             joint_type,
@@ -207,9 +211,11 @@ class _Builder:
             zero.translation,
             axis,
             limits,
-            entry.bound("effort_limit"),
+            effort if table is None else min(effort, table.largest),
             entry.bound("velocity_limit"),
             entry.bound("power_limit"),
+            entry.bound("acceleration_limit"),
+            table,
         )
 
     def reference(self) -> Mapping[str, float]:

@@ -17,6 +17,7 @@ from .values import ValueReader
 
 _EFFECT_PARTS = ("friction", "drive", "spring")
 _CYLINDER_NUMBERS = ("bore", "rod", "return_pressure", "supply_pressure")
+_CYLINDER_BOUNDS = ("relief_pressure", "flow_limit")
 
 
 def read_effects(values: ValueReader) -> Mapping[str, JointEffect]:
@@ -162,6 +163,8 @@ def _read_cylinder(joint: str, entry: Entry) -> HydraulicCylinder:
     for key in _CYLINDER_NUMBERS:
         if key in entry:
             fields[key] = entry.number(key)
+    for key in _CYLINDER_BOUNDS:
+        fields[key] = entry.bound(key)
     if "stroke" in entry:
         fields["stroke"] = tuple(entry.vector("stroke").tolist())
     if entry.get("pulls"):
@@ -185,9 +188,9 @@ def _check_cylinder(entry: Entry, cylinder: HydraulicCylinder) -> None:
         )
     pressure = cylinder.return_pressure
     _require_not_negative(entry, "return_pressure", pressure, "Pa")
-    if not pressure < cylinder.supply_pressure:
-        raise entry.error(
-            "return_pressure",
-            f"is {pressure:g} Pa; expected less than the supply pressure,"
-            f" {cylinder.supply_pressure:g} Pa",
-        )
+    for key in ("supply_pressure", "relief_pressure"):
+        highest = getattr(cylinder, key)
+        if not pressure < highest:
+            what = key.replace("_", " ")
+            problem = f"is {pressure:g} Pa; expected less than the {what}, {highest:g} Pa"
+            raise entry.error("return_pressure", problem)

@@ -18,7 +18,7 @@ from ..algebra.charts import FIRST, angles_in
 from ..errors import DescriptionError
 from ..ground.arrays import Array, Picklable, frozen
 from ..ground.suggestions import with_warnings
-from .actuators import HydraulicCylinder, Transmission
+from .actuators import EffortTable, HydraulicCylinder, Pump, Transmission
 from .effects import JointEffect, Payload
 
 JointType = Literal["revolute", "prismatic"]
@@ -127,6 +127,9 @@ class Joint:
         effort_limit: largest effort of its drive [N m or N], infinite if none is given.
         velocity_limit: largest rate of the coordinate [rad/s or m/s], infinite if none is given.
         power_limit: largest power of its drive [W], infinite if none is given.
+        acceleration_limit: largest acceleration [rad/s^2 or m/s^2], infinite if none is given.
+        effort_table: largest effort over rate and position; None if none is given. `effort_limit`
+            is not above its largest entry.
     """
 
     name: str
@@ -140,6 +143,8 @@ class Joint:
     effort_limit: float = math.inf
     velocity_limit: float = math.inf
     power_limit: float = math.inf
+    acceleration_limit: float = math.inf
+    effort_table: EffortTable | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,6 +289,7 @@ class RobotDescription(Picklable):
         parts: links fixed to others, each in the frame of the body that it is merged into.
         alone: links before merging, for those of `links` that have parts.
         visuals: shapes for pictures, by the link or part that has them.
+        pumps: pumps that feed several cylinders, by name.
         written: the document that it was built from; None if it was made or changed by a program.
     """
 
@@ -317,6 +323,7 @@ class RobotDescription(Picklable):
     parts: Mapping[str, Link] = field(default_factory=dict)
     alone: Mapping[str, Link] = field(default_factory=dict)
     visuals: Mapping[str, tuple[Visual, ...]] = field(default_factory=dict)
+    pumps: Mapping[str, Pump] = field(default_factory=dict)
     written: Any = field(default=None, init=False, repr=False)
 
     @property

@@ -38,12 +38,24 @@ _BY_KEY: dict[str, Units] = {
     "stroke": ("m",),
     "return_pressure": ("Pa",),
     "supply_pressure": ("Pa",),
+    "relief_pressure": ("Pa",),
+    "flow_limit": ("m^3/s",),
     "power_limit": ("W",),
     "gravity_compensation": ("1",),
 }
-_COORDINATES = ("limits", "offset", "rest")
-_RATES = ("velocity_limit", "smoothing")
-_EFFORTS = ("effort_limit", "coulomb", "preload")
+_SECTIONS = (
+    "links",
+    "joints",
+    "frames",
+    "payloads",
+    "actuators",
+    "pumps",
+    "gravity",
+    "end_effector",
+)
+_COORDINATES = ("limits", "offset", "rest", "position")
+_RATES = ("velocity_limit", "smoothing", "rate")
+_EFFORTS = ("effort_limit", "coulomb", "preload", "effort")
 _OF_TURNS: dict[str, Units] = {  # for revolute joints; the radian may be left out
     "viscous": ("N m s/rad", "N m s"),
     "stiffness": ("N m/rad", "N m"),
@@ -73,7 +85,7 @@ def units_at(document: Document, path: KeyPath) -> Units:
         units = _of_joint(document, keys[1], keys[-1])
         if units:
             return units
-    if section in ("links", "joints", "frames", "payloads", "actuators", "gravity", "end_effector"):
+    if section in _SECTIONS:
         return _BY_KEY.get(keys[-1], _ANY)
     return _ANY
 
@@ -95,6 +107,8 @@ def _of_joint(document: Document, name: str, key: str) -> Units:
         return _ANY
     if key in _COORDINATES:
         return (coordinate_unit(joint_type),)
+    if key == "acceleration_limit":
+        return (coordinate_unit(joint_type, "/s^2"),)
     if key in _RATES:
         return (coordinate_unit(joint_type, "/s"),)
     if key in _EFFORTS:

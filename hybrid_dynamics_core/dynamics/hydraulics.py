@@ -16,7 +16,7 @@ from ..algebra.scalar import Scalar, larger
 from ..description.actuators import HydraulicCylinder
 from ..ground.arrays import Array
 
-SLACK = 1e-9  # share of the return pressure by which the supply pressure may be exceeded
+SLACK = 1e-9  # share of the return pressure by which the highest pressure may be exceeded
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class CylinderState:
         power: [W] that the oil brings in, force times rate.
         to_lower: [m] to the lower end of the stroke, negative beyond it.
         to_upper: [m] to the upper end of the stroke, negative beyond it.
-        overloaded: whether a chamber needs more than the supply pressure.
+        overloaded: whether a chamber needs more than the highest pressure.
     """
 
     force: Array
@@ -91,9 +91,9 @@ def _chamber_flows(cylinder: HydraulicCylinder, rate: Scalar) -> tuple[Scalar, S
 
 
 def force_range(cylinder: HydraulicCylinder) -> tuple[float, float]:
-    """Least and greatest force [N] along the joint between return and supply pressure."""
+    """Least and greatest force [N] along the joint between return and highest pressure."""
     low = cylinder.return_pressure
-    high = cylinder.supply_pressure
+    high = cylinder.highest_pressure
     pull = low * cylinder.cap_area - high * cylinder.rod_area
     push = high * cylinder.cap_area - low * cylinder.rod_area
     if cylinder.sign > 0.0:
@@ -116,7 +116,7 @@ def cylinder_state(
     slack = SLACK * max(cylinder.return_pressure, 1.0)
     highest = np.maximum(terms["cap_pressure"], terms["rod_pressure"])
     arrays = {name: np.asarray(value) for name, value in terms.items()}
-    return CylinderState(**arrays, overloaded=highest > cylinder.supply_pressure + slack)
+    return CylinderState(**arrays, overloaded=highest > cylinder.highest_pressure + slack)
 
 
 def cylinder_terms(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ..description.actuators import HydraulicCylinder, Transmission
+from ..description.actuators import EffortTable, HydraulicCylinder, Pump, Transmission
 from ..description.document import Data
 from ..description.effects import SMOOTHING, JointEffect, Payload
 from ..description.followers import mimic_entry
@@ -40,6 +40,7 @@ _DESCRIPTIONS = {  # names of the entries in comments
     "payloads": "payloads as such",
     "actuators": "hydraulic cylinders",
     "transmissions": "drives that move several joints",
+    "pumps": "pumps",
     "reference": "the reference configuration",
     "multi_dof": "joints of several freedoms",
     "zero": "zero places of joints",
@@ -83,6 +84,7 @@ def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
     extras["payloads"] = _payload_entries(robot)
     extras["actuators"] = _cylinder_entries(robot)
     extras["transmissions"] = _transmission_entries(robot)
+    extras["pumps"] = {name: _pump_entry(pump) for name, pump in robot.pumps.items()}
     extras["reference"] = dict(robot.plain_reference)
     extras["multi_dof"] = {joint.name: _row_entry(joint) for joint in robot.multi_dof.values()}
     return without_empty(extras)
@@ -169,8 +171,7 @@ def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Da
             entry["effort_limit"] = joint.effort_limit
         if math.isfinite(joint.velocity_limit) and Feature.VELOCITY_LIMITS not in features:
             entry["velocity_limit"] = joint.velocity_limit
-        if math.isfinite(joint.power_limit):
-            entry["power_limit"] = joint.power_limit
+        entry |= drive_limit_entries(joint)
         if name in robot.effects:
             entry |= _effect_entries(robot.effects[name], _features_of(robot, name, features))
         if name in robot.mimics and _mimic_feature(robot.mimics[name]) not in features:
@@ -178,6 +179,24 @@ def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Da
             entry["mimic"] = mimic_entry(dict(mimic.multipliers), mimic.offset)
         entries[name] = entry
     return without_empty(entries)
+
+
+def drive_limit_entries(joint: Joint) -> Data:
+    """Limits of a drive that only description files have."""
+    entry: Data = {"power_limit": joint.power_limit}
+    entry["acceleration_limit"] = joint.acceleration_limit
+    entry = {key: value for key, value in entry.items() if math.isfinite(value)}
+    if joint.effort_table is not None:
+        entry["effort_table"] = _table_entry(joint.effort_table)
+    return entry
+
+
+def _table_entry(table: EffortTable) -> Data:
+    entry: Data = {"rate": table.rates.tolist()}
+    if len(table.positions) == 1:
+        return entry | {"effort": table.efforts[0].tolist()}
+    entry["position"] = table.positions.tolist()
+    return entry | {"effort": table.efforts.tolist()}
 
 
 def _features_of(
@@ -284,6 +303,12 @@ def _transmission_entry(transmission: Transmission) -> Data:
     return entry
 
 
+def _pump_entry(pump: Pump) -> Data:
+    limits = {"flow_limit": pump.flow_limit, "power_limit": pump.power_limit}
+    finite = {key: value for key, value in limits.items() if math.isfinite(value)}
+    return {"cylinders": list(pump.cylinders), **finite}
+
+
 def _cylinder_entry(cylinder: HydraulicCylinder) -> Data:
     entry: Data = {
         "kind": "hydraulic_cylinder",
@@ -297,6 +322,9 @@ def _cylinder_entry(cylinder: HydraulicCylinder) -> Data:
     }
     if cylinder.stroke == (-math.inf, math.inf):
         del entry["stroke"]
-    if cylinder.supply_pressure == math.inf:
-        del entry["supply_pressure"]
+    entry["relief_pressure"] = cylinder.relief_pressure
+    entry["flow_limit"] = cylinder.flow_limit
+    for key in ("supply_pressure", "relief_pressure", "flow_limit"):
+        if entry[key] == math.inf:
+            del entry[key]
     return entry

@@ -37,6 +37,8 @@ _WORDS = {  # by unit
     "m/s^2": "an acceleration",
     "rad/s^2": "an angular acceleration",
     "kg m^2": "a moment of inertia",
+    "m^3": "a volume",
+    "m^3/s": "a flow",
 }
 _TURN = 2.0 * math.pi  # [rad]
 _FACTORS: dict[str, tuple[float, str]] = {  # in SI units
@@ -46,6 +48,7 @@ _FACTORS: dict[str, tuple[float, str]] = {  # in SI units
     "cm": (1.0, "m"),
     "mm": (1.0, "m"),
     "um": (1.0, "m"),
+    "l": (1.0, "m^3"),
     "rad": (1.0, "rad"),
     "mrad": (1.0, "rad"),
     "deg": (math.pi / 180.0, "rad"),
@@ -83,6 +86,7 @@ _DIVISORS = {  # units that are fractions of SI units
     "cm": 100.0,
     "mm": 1e3,
     "um": 1e6,
+    "l": 1e3,
     "mrad": 1e3,
     "g": 1e3,
     "ms": 1e3,

@@ -14,6 +14,7 @@ from ..ground.lazy import lazy
 from ..kinematics.ik_batch import inverse_kinematics
 from ..kinematics.pose_chain import PoseChain
 from ..kinematics.workspace import find_workspace
+from ..limits import limit_margins
 from .actuation import Actuation
 from .closure import Closure
 from .compiled_calls import RobotKernels
@@ -297,6 +298,7 @@ class Robot:
         return {name: joints[name].velocity_limit for name in self.coordinates}
 
     capability = capability_at  # a function of the robot
+    limit_margins = limit_margins
     drive_rates = delegate("_actuation", Actuation.drive_rates)
     distribute = delegate("_actuation", Actuation.distribute)
     generalised_forces = delegate("_actuation", Actuation.generalised_forces)

@@ -22,6 +22,7 @@ from ..ground.arrays import Array
 from ..ground.check_arguments import require_type
 from ..ground.check_arrays import finite_vectors
 from ..ground.progress import Progress
+from ..limits import Limits, saturated
 from ..robot.robot import Robot
 from ..robot.taken import AnyRobot, robot_of
 from .events import Event, Watch
@@ -119,6 +120,8 @@ class _Run:
         self.watch.check_start(start)
         self.bound = StepBound(robot, settings.max_step)
         self.tau = tau if callable(tau) else _constant(tau, robot)
+        if settings.saturate:
+            self.tau = _saturating(robot, self.tau)
         self.held: Array | None = None  # tau of the present period
         self.anchor = start  # the last accepted state
         self.motion = robot.motion_near(start, settings.loads)
@@ -333,6 +336,18 @@ def _check_takes(tau: Efforts, state: ClosedState) -> None:
         raise InputError(f"tau: expected a function of (t, state): {error}") from error
     except ValueError:  # a builtin has no signature
         return
+
+
+def _saturating(robot: Robot, tau: Array | Efforts) -> Efforts:
+    """Efforts as a function, no more than the drives give."""
+    limits = Limits(robot)
+
+    def given(t: float, state: ClosedState) -> Array:
+        asked = tau(t, state) if callable(tau) else tau
+        checked = finite_vectors("tau", asked, robot.active, -1)
+        return saturated(limits, state, checked)
+
+    return given
 
 
 def _constant(tau: ArrayLike | None, robot: Robot) -> Array:

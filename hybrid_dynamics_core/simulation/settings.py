@@ -42,6 +42,8 @@ class Settings:
             modelled.
         singular: distance to a singular configuration (`state.singularity`) at which the simulation
             ends.
+        saturate: whether drives give no more than their efforts, pressures, powers and flows allow.
+            The recorded tau is what they give.
         progress: whether to show a line of progress. None: on a terminal, after one second.
 
     Raises:
@@ -57,6 +59,7 @@ class Settings:
     max_step: float = math.inf
     stop_at_limits: bool = True
     singular: float = 0.01
+    saturate: bool = False
     progress: bool | None = None
 
     def __post_init__(self) -> None:

@@ -27,6 +27,7 @@ BY_HAND: dict[str, tuple[float, str]] = {
     "cm": (0.01, "length"),
     "mm": (0.001, "length"),
     "um": (0.000001, "length"),
+    "l": (0.001, "volume"),
     "rad": (1, "angle"),
     "mrad": (0.001, "angle"),
     "deg": (math.tau / 360, "angle"),

@@ -30,10 +30,13 @@ def warn_of_cylinders(document: Document, robot: RobotDescription, reach: float)
         for key in ("bore", "rod"):
             _warn_of_diameter(document, joint, key, getattr(cylinder, key), reach)
         _warn_of_stroke(document, joint, cylinder, reach)
-        supply = cylinder.supply_pressure
-        if supply < _LEAST_SUPPLY or _MOST_SUPPLY < supply < math.inf:
-            _warn_of_pressure(document, joint, "supply_pressure", supply)
-        elif 0.0 < cylinder.return_pressure < 1e-2 * _LEAST_SUPPLY:
+        unlikely = False
+        for key in ("supply_pressure", "relief_pressure"):
+            pressure = getattr(cylinder, key)
+            if pressure < _LEAST_SUPPLY or _MOST_SUPPLY < pressure < math.inf:
+                _warn_of_pressure(document, joint, key, pressure)
+                unlikely = True
+        if not unlikely and 0.0 < cylinder.return_pressure < 1e-2 * _LEAST_SUPPLY:
             _warn_of_pressure(document, joint, "return_pressure", cylinder.return_pressure)
 
 

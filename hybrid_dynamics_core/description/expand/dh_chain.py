@@ -15,6 +15,8 @@ _JOINT_KEYS = (  # keys of a row that are keys of a joint too
     "effort_limit",
     "velocity_limit",
     "power_limit",
+    "acceleration_limit",
+    "effort_table",
     "friction",
     "drive",
     "spring",

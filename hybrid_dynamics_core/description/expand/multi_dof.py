@@ -29,7 +29,14 @@ _OF_ALL = (
     *_OF_ANGULAR_VELOCITY,
     "spring",
 )  # effects of a ball or free joint, equal in all directions
-_LIMITS = ("limits", "effort_limit", "velocity_limit", "power_limit")
+_LIMITS = (
+    "limits",
+    "effort_limit",
+    "velocity_limit",
+    "power_limit",
+    "acceleration_limit",
+    "effort_table",
+)
 _ALONG = (*_OF_ANGULAR_VELOCITY, "spring", *_LIMITS)
 
 

@@ -95,6 +95,7 @@ class _Writer:
             "payloads": self.payloads(),
             "actuators": self.by_joint("actuators"),
             "transmissions": self.transmissions(),
+            "pumps": self.pumps(),
             "reference": self.by_joint("reference"),
             "multi_dof": self.multi_dof(),
         }
@@ -125,6 +126,13 @@ class _Writer:
         for name, entry in self.extras.get("transmissions", {}).items():
             multipliers = {self.names[joint]: value for joint, value in entry["joints"].items()}
             entries[self.names[name]] = {**entry, "joints": multipliers}
+        return entries
+
+    def pumps(self) -> Data:
+        """Pumps that feed several cylinders."""
+        entries: Data = {}
+        for name, entry in self.extras.get("pumps", {}).items():
+            entries[self.names[name]] = {**entry, "cylinders": self.names.list(entry["cylinders"])}
         return entries
 
     def multi_dof(self) -> Data:

@@ -1,0 +1,1 @@
+"""Limits of drives beyond one number: tables of efforts, and pumps."""
