@@ -105,6 +105,30 @@ def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     return _result(problem, descent, all_solutions)
 
 
+def follow_position(
+    robot: ClosedKinematics, position: ArrayLike, near: ClosedState
+) -> ClosedState | None:
+    """The state to which one descent from a state brings the end effector near to a position.
+
+    There is no search from other starts, so it is quick enough for a position that moves.
+
+    Args:
+        robot: the robot.
+        position: (3,) in the base frame [m].
+        near: closed state of the start, whose assembly modes are kept.
+
+    Returns:
+        The closed state; None if it does not close.
+
+    Raises:
+        InputError: the position is not finite, or too far away for floats.
+    """
+    pose, rows = _target(position, None)
+    problem = build_problem(robot, pose, rows, None, near, SOLVED)
+    descent = problem.descend(problem.start[None])
+    return problem.closed_at(descent.u[0])
+
+
 def _solve(problem: IKProblem, all_solutions: bool) -> Descent:
     """Descend from the start; from many more if that fails or all solutions are requested."""
     descent = problem.closed_form()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +11,12 @@ from numpy.typing import ArrayLike
 from ..closed_state.assembly_modes import AssemblyMode, mode_of
 from ..closed_state.state import ClosedState
 from ..description.effects import Payload
+from ..dynamics.hydraulics import CylinderState
 from ..dynamics.loads import Loads
+from ..dynamics.reactions import PinReaction
 from ..errors import HybridDynamicsError, StateError
 from ..ground.arrays import Array
+from ..kinematics.inverse_kinematics import follow_position
 from ..robot.robot import Robot
 from .effort_scale import EffortScale
 from .motion import Motion
@@ -89,6 +92,23 @@ class ViewSession:
             return False
         return True
 
+    def tool(self) -> Array:
+        """(3,) place of the end effector, base axes [m]."""
+        return np.asarray(self.robot.forward_kinematics(self.state).position)
+
+    def reach(self, place: ArrayLike) -> bool:
+        """Bring the end effector to a place (3,) [m], or as near to it as the robot can.
+
+        Returns:
+            False if no closed state was found.
+        """
+        state = follow_position(self.robot, place, self.state)
+        if state is None:
+            self.problem = "the loops do not close at the nearest place that was found"
+            return False
+        self.take_state(state)
+        return True
+
     def reset(self) -> None:
         """Return to the reference, on the robot's own assembly mode, without payload."""
         self.take_state(self.reference)
@@ -139,6 +159,23 @@ class ViewSession:
         values = np.array([float(force) for force in forces.values()])
         full = self.scale.full(joints, values)
         return DriveEfforts(joints, values, full, self._recorded())
+
+    def hydraulics(self) -> Mapping[str, CylinderState]:
+        """Pressures and flows of the cylinders, as for `efforts`.
+
+        Raises:
+            HybridDynamicsError: there are no efforts.
+        """
+        tau = self.robot.inverse_dynamics(self.state, self._accelerations(), self._loads())
+        return self.robot.hydraulics(self.state, tau)
+
+    def pins(self) -> Mapping[str, PinReaction]:
+        """The reactions in the pins of loops, as for `efforts`.
+
+        Raises:
+            HybridDynamicsError: they cannot be computed.
+        """
+        return self.robot.reactions(self.state, self._accelerations(), self._loads()).pins
 
     def _accelerations(self) -> Array:
         """(n,) accelerations of the active joints."""

@@ -20,6 +20,7 @@ from .bodies import robot_shape
 from .camera_fit import CameraFit
 from .gui_events import Action, set_value
 from .motion import Motion
+from .overlays import overlays_of
 from .panel import Panel
 from .scene_view import SceneView, rgb
 from .session import ViewSession
@@ -75,6 +76,7 @@ class Viewer:
             self.camera_fit = CameraFit(self.server, self.scene_view.camera)
             self.interpolation = StateInterpolation(robot, self.session.state)
             self.panel = Panel(self.server, self.session, shape.size, self.ask, self.fit)
+            self.overlays = overlays_of(self.server, self.session, self.scene_view, self.ask)
             self.show()
             self._settle()
         except BaseException:  # closes the port in any case
@@ -124,6 +126,8 @@ class Viewer:
         self.scene_view.show(self.interpolation.state)
         self.scene_view.show_efforts(efforts)
         self.panel.refresh(efforts)
+        for overlay in self.overlays:
+            overlay.refresh()
 
     def step(self, timeout: float | None) -> bool:
         """Do pending requests.
