@@ -14,7 +14,7 @@ AXES = ("fx", "fy", "fz", "mx", "my", "mz")
 SIX = len(AXES)
 VISIBLE = 1e-3  # of the largest effort for a unit force, below which a direction is blind
 PURE = 1e-6  # share of an axis that may lie in blind directions
-TINY = 1e-18  # share of the variances that keeps a covariance definite
+TINY = 1e-12  # share of the variances that keeps a covariance definite
 
 
 @dataclass(frozen=True, eq=False)

@@ -177,6 +177,7 @@ class _Transfer:
         self.pressures: RecordedPressures | None = None
         self._batches = BatchPipeline(pipeline)
         self._evaluator = pipeline.evaluator
+        self._tool = pipeline.tool
         self._decoder = decoder
         self._outputs = outputs
         self._bag = bag
@@ -281,6 +282,8 @@ class _Transfer:
             return
         if self.pressures is not None:
             self.pressures.add_to(result)
+            for run in result.runs:
+                run.observe(self._tool)
         blocks: list[RecordBlock] = []
         for output in self._outputs:
             blocks += output.blocks(self._bag.channels[output.name], result)

@@ -39,6 +39,7 @@ TOPIC_RATES: Final[Mapping[str, Parameter[float]]] = {
     "end_effector_twist": _rate("end_effector_twist", 100.0),
     "loop_reactions": _rate("loop_reactions", 20.0),
     "cylinder_states": _rate("cylinder_states", 20.0),
+    "tool_wrench": _rate("tool_wrench", 50.0),
 }
 TF_RATE: Final = Parameter[float](
     "rates.tf",

@@ -27,6 +27,7 @@ from ..messages.joint_samples import (
 )
 from ..messages.pressures import PressureInput
 from ..messages.readings import MAX_AGE, ReadingOrder
+from .estimates.tool_force import ToolForceInput
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
 from .filter.routes import Kalman
@@ -92,6 +93,7 @@ class Pipeline:
         readings: order and joiner of joint states.
         extras: joints that the robot does not have; None if ignored.
         pressures: pressures of the cylinders.
+        tool: observer of the force at the tool.
         odometry: odometry of a floating base; None if it stays at its reference.
         counts: counts of the samples so far.
     """
@@ -119,6 +121,7 @@ class Pipeline:
         self.readings = ReadingOrder(self.evaluator.measured, resting)
         self.extras: PassThrough | None = None
         self.pressures = PressureInput(robot, MAX_AGE)
+        self.tool = ToolForceInput(robot)
 
     def pass_through(self, max_age: float) -> None:
         """Pass through joints that the robot does not have, up to an age [s]."""
@@ -151,6 +154,7 @@ class Pipeline:
             return None
         if self.pressures.newest:
             result.measured_forces = self.pressures.at(result.stamp_ns, self.pressures.newest)
+            result.observe(self.tool)
         if result.efforts is not None:
             self.counts.with_efforts += 1
         if result.event is not None:

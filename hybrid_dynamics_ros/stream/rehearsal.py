@@ -7,19 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import ClosedState, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from ..messages.joint_samples import FloatArray, OrderedMotion, RejectedError
 from ..parameters import BANDWIDTH, MAX_GAP, TF_RATE, NodeSettings
 from .conditions import Conditions, loads_of
+from .estimates.tool_force import ToolForceInput
 from .floating.base import floating_base
 from .floating.evaluator import evaluator_of
+from .results import MotionResult
 from .topics import topics_of
 
 _INTERVAL: Final = 10_000_000  # [ns] between samples
@@ -61,13 +63,28 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
     if conditions.mode is not None:
         evaluator.set_mode(conditions.mode)
     topics = topics_of(robot, NodeSettings({TF_RATE.name: 0.0}))
+    tool = ToolForceInput(robot)
     position = _start(robot, rehearsal)
     for k, motion in enumerate(_motions(position)):
         # Refused samples are rehearsed too.
         with suppress(HybridDynamicsError, RejectedError), np.errstate(all="ignore"):
             result = evaluator.step(k * _INTERVAL, motion)
+            if robot.cylinders:
+                result.measured_forces = np.ones(len(robot.drives))
+                result.observe(tool)
+                _force_of(result)
             for topic in topics:
                 topic.fill(result)
+
+
+def _force_of(result: MotionResult) -> None:
+    """Compile the code of the force at the tool."""
+    residue = result.residue
+    if residue is None:
+        return
+    ready = np.ones_like(residue.residuals.is_ready)
+    residuals = residue.residuals._replace(is_ready=ready)
+    replace(residue, residuals=residuals).force(ClosedState.joined([result.state]))
 
 
 def _start(robot: Robot, rehearsal: Rehearsal) -> FloatArray:

@@ -14,6 +14,7 @@ from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import SingularityError
 
 from ..messages.joint_samples import FloatArray, OrderedMotion
+from .estimates.tool_force import Residue, ToolForceInput
 from .filter.filter import StampEvent
 
 OneOrRows = Any  # a number for one sample, an array (N,) for rows
@@ -44,6 +45,7 @@ class MotionResult:
             all are unknown; (N, d) for rows.
         base_wrench: external wrench on a floating base (6,): force, then moment about its origin,
             in its axes [N, N m]; None if unknown; (N, 6) for rows.
+        residue: what a momentum observer gives; None without measured forces or rates.
         make_state: builds `state` from the arrays above.
     """
 
@@ -62,6 +64,7 @@ class MotionResult:
     extras: Any = None
     measured_forces: FloatArray | None = None
     base_wrench: FloatArray | None = None
+    residue: Residue | None = None
 
     @cached_property
     def state(self) -> ClosedState:
@@ -103,6 +106,17 @@ class MotionResult:
         except SingularityError:
             return None
 
+    def observe(self, tool: ToolForceInput) -> None:
+        """Let a momentum observer take the result, if it has forces and rates."""
+        forces = self.measured_forces
+        if forces is None or self.velocity is None:
+            return
+        state = self.state
+        if self.position.ndim == 1:
+            state = ClosedState.joined([state])
+        stamps = np.atleast_1d(np.asarray(self.stamp_ns, dtype=np.int64))
+        self.residue = tool.take(stamps, state, np.atleast_2d(forces), self.loads)
+
     @cached_property
     def pose(self) -> Pose:
         """Pose of the end effector in the base frame."""
@@ -129,6 +143,7 @@ class MotionResult:
             make_state=lambda: self.state.rows(which),
             measured_forces=_rows_of(self.measured_forces, which),
             base_wrench=_rows_of(self.base_wrench, which),
+            residue=None if self.residue is None else self.residue.rows(which),
             extras=None if self.extras is None else [self.extras[k] for k in which.tolist()],
         )
 

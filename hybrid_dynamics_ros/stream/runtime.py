@@ -221,6 +221,7 @@ class Runtime:
         """Discard the samples so far; counts are kept."""
         self.evaluator.reset()
         self.pipeline.readings.joiner.clear()
+        self.pipeline.tool.reset()
         if self.pipeline.odometry is not None:
             self.pipeline.odometry.clear()
         self.result = None

@@ -18,6 +18,7 @@ from hybrid_dynamics_core.dynamics.reactions import PinReaction
 from ..messages.cdr import MessageTemplate
 from ..messages.link_transforms import LinkTransforms
 from ..parameters import TF_RATE, NodeSettings, Parameter
+from .estimates.topics import ToolWrench
 from .floating.base import floating_base
 from .frames import FrameNames, frame_names
 from .joint_topics import JointStates, MeasuredEfforts, RequiredEfforts
@@ -223,6 +224,7 @@ TOPICS: Final = (
     EndEffectorTwist,
     LoopReactions,
     CylinderStates,
+    ToolWrench,
 )
 
 
@@ -239,6 +241,7 @@ def topics_of(robot: Robot, settings: NodeSettings) -> list[OutputTopic]:
         EndEffectorTwist(robot, names),
         LoopReactions(robot, names),
         CylinderStates(robot),
+        ToolWrench(robot, names),
     ]
     if settings[TF_RATE] >= 0.0:
         topics.append(Transforms(robot, names))

@@ -159,3 +159,35 @@ def test_two_drivers_are_joined(client):
             message = JointState(name=names, position=row[part].tolist())
             client.publish("active_joint_states", message, stamps[-1])
     assert np.array_equal(efforts_of(client, stamps), expected)
+
+
+@pytest.mark.sweep(sample="test_recordings_have_the_force_of_the_stream")
+def test_the_force_at_the_tool_follows_from_pressures(start_node, connect):
+    """A bucket that pushes down at rest: the wrench of the library, and none across the arm."""
+    start_node("-r", "__ns:=/push", "-p", "robot:=excavator", "-p", "rates.tool_wrench:=0.0")
+    client = connect("/push/hybrid_dynamics", only=("describe_robot",))
+    robot = load("excavator")
+    state = robot.close(robot.reference)
+    push = np.array([1e4, 3e4, 0.0, 0.0, 0.0, 0.0])
+    soil = robot.loads.with_wrench(push, axes="frame")
+    cylinders = robot.hydraulics(state, robot.inverse_dynamics(state, np.zeros(4), soil))
+    pressures = CylinderStates(
+        name=list(cylinders),
+        cap_pressure=[float(one.cap_pressure) for one in cylinders.values()],
+        rod_pressure=[float(one.rod_pressure) for one in cylinders.values()],
+    )
+    message = JointState(
+        name=list(robot.active), position=state.u.tolist(), velocity=[0.0] * len(robot.active)
+    )
+
+    def answer():
+        stamp = client.new_stamp(0.02)
+        client.publish("cylinder_pressures", pressures, stamp)
+        client.publish("active_joint_states", message, stamp)
+        return client.received("tool_wrench", stamp - 10 * 20 * 10**6)
+
+    wrench = client.wait_until(answer, "a force at the tool", 60.0)
+    assert wrench.header.frame_id == "end_effector"
+    force = [wrench.wrench.force.x, wrench.wrench.force.y, wrench.wrench.force.z]
+    np.testing.assert_allclose(force, [1e4, 3e4, math.nan], rtol=1e-6)
+    assert wrench.wrench.torque.x == 0.0

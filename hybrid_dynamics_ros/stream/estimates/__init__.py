@@ -1,0 +1,1 @@
+"""What measured efforts show beside the motion: force at the tool."""
