@@ -33,6 +33,7 @@ VERBS = {  # name -> module, in the order of the help
     "branches": "branches",
     "capability": "capability",
     "weigh": "weigh",
+    "calibrate": "calibrate",
     "view": "view",
     "export": "export",
     "import": "import_file",

@@ -24,6 +24,7 @@ PRINTS = {  # the script, and what its output has to say
     "identify_from_bag": "base parameters are within their 95 % intervals",
     "mpc_batch": "plan, full model",
     "weighing_bucket": "with an empty run:",
+    "calibrating_excavator": "reduced chi-squared",
 }
 SAMPLE = ("excavator_digging", "palletizer_level_wrist")  # of which each run draws the figures
 

@@ -1,0 +1,1 @@
+"""Accuracy of calibration on simulated measurements."""

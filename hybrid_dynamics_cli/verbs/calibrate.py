@@ -1,0 +1,193 @@
+"""Geometric parameters of a robot from measurements."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+import click
+
+from hybrid_dynamics_core.calibration import Calibration, calibrate, new_text
+from hybrid_dynamics_core.calibration.outlying import LOSSES, Loss
+from hybrid_dynamics_core.description.expressions import evaluate
+from hybrid_dynamics_core.formats.output_files import write_files
+
+from ..bags.common import PATH, robot_option
+from ..output import number, show, table, written
+from ..parameters import json_option
+from ..writing import output_option, output_path, overwrite_option
+
+MAX_LISTED: Final = 10
+UNITS: Final = ("m", "rad")
+HELP: Final = """\
+Geometric parameters of ROBOT from measured rows, each with a 95 % interval.
+
+DATA is a CSV file with a header. Each row has the active coordinates by name, and what was measured
+there: tool.x, tool.y, tool.z and tool.qx to tool.qw of the end effector in base axes, the same of
+any frame by its name, distance.A.B, inclination.FRAME.x, and further coordinates with encoders of
+their own. Values are in m and rad, unless the header names another unit: `tool.x [mm]`.
+
+Parameters are named by their path in the file. A bare name is one of `parameters:`. Offsets of
+joints and origins that the file leaves out have paths too; `joints.NAME.gain` is the gain of an
+encoder, `base.xyz` and `base.rpy` the pose of the base in the measuring frame.
+"""
+EPILOG: Final = """\b
+Examples:
+  hybrid-dynamics calibrate points.csv --robot my_robot.yaml \\
+      --free 'L2, joints.q2.origin.xyz[0], joints.q1.offset' \\
+      --sigma 0.05*mm -o calibrated.yaml
+  hybrid-dynamics calibrate poses.csv --robot delta --json \\
+      --free 'modules.delta.parameters.arm, joints.theta_A.offset' \\
+      --sigma 0.05*mm --sigma 0.01*deg
+"""
+
+
+@click.command(help=HELP, epilog=EPILOG, short_help="Lengths, pins and offsets from measurements.")
+@click.argument("data", type=PATH)
+@robot_option
+@click.option(
+    "--free",
+    required=True,
+    metavar="PATHS",
+    multiple=True,
+    help="Paths of the parameters to estimate, with commas.",
+)
+@click.option(
+    "--sigma",
+    metavar="VALUE",
+    multiple=True,
+    help=(
+        "Standard deviation of the measurements, as 0.05*mm or 0.01*deg, or of one as"
+        " tool=0.05*mm; any number of times. Left out, it is estimated."
+    ),
+)
+@click.option(
+    "--loss",
+    type=click.Choice(LOSSES),
+    default="reject",
+    show_default=True,
+    help="Leave outliers out, give them less weight, or trust all.",
+)
+@output_option(help="Write the robot with the estimates to this file.")
+@overwrite_option
+@json_option
+def command(
+    data: Path,
+    robot: str,
+    free: tuple[str, ...],
+    sigma: tuple[str, ...],
+    loss: Loss,
+    output: str | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Estimate, print the result, and write the new file."""
+    place = None if output is None else output_path(output)
+    result = calibrate(robot, data, ",".join(free), sigma_of(sigma), loss)
+    report = facts(result)
+    text = text_of(result)
+    if place is not None:
+        text += f"\n\n{written(place, 'the robot with the estimates')}"
+        report["written"] = str(place)
+        new_file = {place: new_text(result, place.parent)}
+        write_files(new_file, result.robot.robot.description, overwrite)
+    show(report, as_json, text)
+    if result.unused:
+        names = ", ".join(result.unused)
+        click.echo(f"{data}: columns that are not used: {names}", err=True)
+
+
+def sigma_of(texts: tuple[str, ...]) -> float | dict[str, float] | None:
+    """Deviations from the texts of --sigma; a number without a unit is of everything.
+
+    Raises:
+        click.BadParameter: a text has no value, or is neither a length nor an angle.
+    """
+    if not texts:
+        return None
+    deviations: dict[str, float] = {}
+    for text in texts:
+        name, equals, term = text.rpartition("=")
+        try:
+            value = evaluate(term, {}, names_are="", units=UNITS)
+        except (ValueError, ArithmeticError) as error:
+            raise click.BadParameter(f"'{text}': {error}", param_hint="--sigma") from error
+        names = [name.strip()] if equals else units_of(term)
+        for one in names:
+            if one in deviations:
+                raise click.BadParameter(f"'{text}': is given twice", param_hint="--sigma")
+            deviations[one] = value
+    return deviations
+
+
+def units_of(term: str) -> list[str]:
+    """The units, of lengths and angles, in which a term may be; both without a unit."""
+    fitting: list[str] = []
+    for unit in UNITS:
+        try:
+            evaluate(term, {}, names_are="", units=(unit,))
+        except ValueError:
+            continue
+        fitting.append(unit)
+    return fitting
+
+
+def facts(result: Calibration) -> dict[str, Any]:
+    """The result as plain data."""
+    parameters: dict[str, Any] = {}
+    for name, one in result.parameters.items():
+        parameters[name] = {
+            "value": one.value,
+            "interval": list(one.interval),
+            "from": one.start,
+            "change": one.change,
+            "deviation": one.deviation,
+            "unit": one.unit,
+        }
+    residuals: dict[str, Any] = {}
+    for name, misfit in result.misfits.items():
+        residuals[name] = {
+            "before": misfit.before,
+            "after": misfit.after,
+            "held_out": misfit.held_out,
+            "sigma": misfit.sigma,
+            "unit": misfit.unit,
+        }
+    outliers = [asdict(outlier) for outlier in result.outliers]
+    unseen = [dict(combination.pairs) for combination in result.unseen]
+    return {
+        "parameters": parameters,
+        "identifiable": dict(result.identifiable),
+        "chi2": result.chi2,
+        "freedom": result.freedom,
+        "unseen": unseen,
+        "outliers": outliers,
+        "residuals": residuals,
+    }
+
+
+def text_of(result: Calibration) -> str:
+    """The result as text."""
+    rows: list[list[object]] = []
+    for name, one in result.parameters.items():
+        half = "not shown"
+        if one.identifiable:
+            half = f"+- {one.half:.2g}"
+        change = f"{one.change:+.3g}"
+        rows.append([name, one.start, f"{one.value:.9g}", change, half, one.unit])
+    heads = ["parameter", "file", "estimate", "change", "with 95 %", "unit"]
+    lines = [table(heads, rows), ""]
+    lines += [f"not shown by the measurements: {one}" for one in result.unseen]
+    lines.append(f"reduced chi-squared {result.chi2:.3f}, {result.freedom:.1f} degrees of freedom")
+    for name, misfit in result.misfits.items():
+        text = f"{misfit.before:.3g} before, {misfit.after:.3g} after"
+        text += f", {misfit.held_out:.3g} held out"
+        lines.append(f"residuals of {name}, rms [{misfit.unit}]: {text}")
+    for outlier in result.outliers[:MAX_LISTED]:
+        size = number(outlier.deviations)
+        lines.append(f"outlier: {outlier.place}: {outlier.quantity}, {size} deviations off")
+    more = len(result.outliers) - MAX_LISTED
+    if more > 0:
+        lines.append(f"and {more} more outliers")
+    return "\n".join(lines)

@@ -1,0 +1,19 @@
+"""Geometry of a robot from measurements: lengths, pins, axes, encoder offsets, frames."""
+
+from .adjustable import AdjustableRobot, FreeParameter
+from .calibrate import calibrate
+from .new_file import new_text
+from .result import Calibration, Estimate, Misfit, OutlyingRow
+from .unseen import Unseen
+
+__all__ = [
+    "AdjustableRobot",
+    "Calibration",
+    "Estimate",
+    "FreeParameter",
+    "Misfit",
+    "OutlyingRow",
+    "Unseen",
+    "calibrate",
+    "new_text",
+]

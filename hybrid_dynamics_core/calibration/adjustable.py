@@ -1,0 +1,269 @@
+"""A robot whose geometry depends on numbers of its description."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..description.document import Data, Document, KeyPath
+from ..description.expand.module_parameters import ModuleParameters
+from ..description.expand.templates import find_template
+from ..description.geometry import unit_axis
+from ..description.model import RobotDescription
+from ..description.parameters.entries_at import entry_at, has_entry
+from ..description.parameters.paths import path_of
+from ..description.parameters.written import Written, written_of
+from ..description.value_units import units_at
+from ..description.values import ValueReader
+from ..errors import InputError, UnknownNameError
+from ..formats.reader import described
+from ..ground.file_options import PathText
+from ..library import load
+
+Place = Literal["file", "expanded", "gain", "base"]
+_PIN = re.compile(r"loops\.(?P<loop>.+)\.pin\.(?P<role>base|arm|k1|k2)(?P<after>$|[.\[].*)")
+_AXIS = re.compile(r"joints\.(?P<joint>.+)\.axis(?:\[(?P<index>[012])\])?")
+_UNIT = re.compile(r"\[(m|rad)\]")
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A number that is to be estimated.
+
+    Attributes:
+        name: its path, as the user writes it.
+        place: what it belongs to: the file, an entry that a template stands for, the gain of an
+            encoder, or the pose of the base in the measuring frame.
+        path: keys of its entry.
+        start: value in the file [rad, m].
+        unit: `m` or `rad`; empty if the file does not say.
+    """
+
+    name: str
+    place: Place
+    path: KeyPath
+    start: float
+    unit: str = ""
+
+
+class AdjustableRobot:
+    """Descriptions of a robot for any values of some of its numbers.
+
+    Attributes:
+        name: name of a shipped robot, or path of a file.
+        robot: the robot as it is in the file.
+        written: the entries of the file.
+    """
+
+    def __init__(self, robot: PathText) -> None:
+        """Read a robot.
+
+        Args:
+            robot: name of a shipped robot, or path of a file.
+
+        Raises:
+            InputError, DescriptionError: as in `load`.
+        """
+        self.name = robot if isinstance(robot, str) else os.fspath(robot)
+        self.robot = load(robot)
+        self.written = written_of(self.robot.description)
+        plain = self.written.document.copy()
+        for link in plain.entries("links").values():
+            if isinstance(link, dict):
+                link.pop("visuals", None)
+        self._plain = Written(plain, described, self.written.changes)
+
+    def described(
+        self, parameters: Iterable[FreeParameter], values: Iterable[float]
+    ) -> RobotDescription:
+        """The description, without visuals, for some values of parameters [rad, m].
+
+        Raises:
+            DescriptionError: a value is impossible.
+        """
+        return self._described(self._plain, parameters, values)
+
+    def with_visuals(
+        self, parameters: Iterable[FreeParameter], values: Iterable[float]
+    ) -> RobotDescription:
+        """The description for some values of parameters [rad, m], with visuals."""
+        return self._described(self.written, parameters, values)
+
+    def _described(
+        self, written: Written, parameters: Iterable[FreeParameter], values: Iterable[float]
+    ) -> RobotDescription:
+        changes: dict[KeyPath, float | list[float]] = {}
+        for parameter, value in zip(parameters, values, strict=True):
+            path = parameter.path
+            if parameter.place in ("gain", "base"):
+                continue
+            axis = self._letter(path)
+            if axis is None:
+                changes[path] = float(value)
+                continue
+            vector = changes.setdefault(path[:-1], unit_axis(axis).tolist())
+            if isinstance(vector, list):
+                vector[int(path[-1])] = float(value)
+        return written.changed(changes).described()
+
+    def _letter(self, path: KeyPath) -> str | None:
+        """The letter of an axis, if a path is of a component of one."""
+        if path[-2:-1] != ("axis",):
+            return None
+        before, after = self.written.expanded
+        for document in (before, after):
+            axis = entry_at(document.data, path[:-1])
+            if axis is not None:
+                return axis if isinstance(axis, str) else None
+        return None
+
+    # -- names
+
+    def parameters(self, names: Iterable[str]) -> list[FreeParameter]:
+        """The parameters of some paths; a vector stands for its components.
+
+        Raises:
+            InputError: a path leads to no number, or is given twice.
+        """
+        parameters: dict[str, FreeParameter] = {}
+        for name in names:
+            for parameter in self._located(name.strip()):
+                if parameter.name in parameters:
+                    raise InputError(f"free: '{parameter.name}' is given twice")
+                parameters[parameter.name] = parameter
+        if not parameters:
+            raise InputError("free: names no parameter; expected paths such as joints.q1.offset")
+        return list(parameters.values())
+
+    def _located(self, name: str) -> list[FreeParameter]:
+        """The parameters of one path."""
+        virtual = self._encoder_gain(name) or _base_poses(name)
+        if virtual:
+            return virtual
+        try:
+            path = path_of(self.written, self._with_link(name))
+        except UnknownNameError as error:
+            others = self._axis(name) or self._module_default(name)
+            if others:
+                return others
+            raise InputError(f"free: {error}") from error
+        document = self._document(path)
+        entry = entry_at(document.data, path)
+        if not isinstance(entry, list):
+            return [self._parameter(name, path)]
+        paths = [(*path, k) for k in range(len(entry))]
+        return [self._parameter(f"{name}[{one[-1]}]", one) for one in paths]
+
+    def _document(self, path: KeyPath) -> Document:
+        """The document with a path: before short forms are expanded, or after."""
+        before, after = self.written.expanded
+        return before if has_entry(before.data, path[:2]) else after
+
+    def _with_link(self, name: str) -> str:
+        """The path of a pin in which `arm`, `k1`, ... are replaced by the link in that place."""
+        match = _PIN.fullmatch(name)
+        if match is None:
+            return name
+        loop = self._document(("loops", match["loop"])).entries("loops").get(match["loop"], {})
+        role = match["role"]
+        if role in loop.get("pin", {}) or role not in loop:
+            return name
+        return f"loops.{match['loop']}.pin.{loop[role]}{match['after']}"
+
+    def _parameter(self, name: str, path: KeyPath) -> FreeParameter:
+        """The parameter of a path."""
+        document = self._document(path)
+        _, after = self.written.expanded
+        entry = entry_at(document.data, path)
+        start = ValueReader(after).number(entry, path)
+        unit = self._unit(path)
+        before, _ = self.written.expanded
+        if document is before:
+            return FreeParameter(name, "file", path, start, unit)
+        in_file, note = after.as_written(path)
+        if note or not has_entry(before.data, in_file[:-1]):
+            return FreeParameter(name, "expanded", path, start, unit)
+        return FreeParameter(name, "file", in_file, start, unit)
+
+    def _unit(self, path: KeyPath) -> str:
+        """The unit of a number; empty if its place does not say."""
+        _, after = self.written.expanded
+        units = units_at(after, path)
+        if units in (("m",), ("rad",)):
+            return units[0]
+        if path[0] == "modules" and len(path) > 3:
+            return self._unit_in_template(path)
+        keys = [key for key in path if isinstance(key, str)]
+        if keys[0] == "loops" or keys[-1] in ("xyz", "end"):
+            return "m"
+        return "rad" if keys[-1] in ("rpy", "axis") else ""
+
+    def _unit_in_template(self, path: KeyPath) -> str:
+        """The unit of a module's parameter, as its template says."""
+        template = self._template(path)
+        parameters: Data = dict(template.get("parameters", {}))
+        parameters |= template.get("legs", {}).get("parameters", {})
+        about = parameters.get(str(path[3]), {}).get("about", "")
+        match = _UNIT.search(about)
+        return "" if match is None else match[1]
+
+    def _template(self, path: KeyPath) -> Data:
+        document = self.written.document
+        entry = document.entries("modules")[str(path[1])]
+        return find_template(document, entry["template"], (*path[:2], "template")).data
+
+    def _encoder_gain(self, name: str) -> list[FreeParameter]:
+        """The gain of an encoder, as `joints.q1.gain`."""
+        joint = name.removeprefix("joints.").removesuffix(".gain")
+        if name != f"joints.{joint}.gain" or joint not in self.robot.coordinates:
+            return []
+        return [FreeParameter(name, "gain", (joint,), 1.0, "1")]
+
+    def _axis(self, name: str) -> list[FreeParameter]:
+        """Components of an axis that the file gives by a letter."""
+        match = _AXIS.fullmatch(name)
+        _, after = self.written.expanded
+        if match is None or match["joint"] not in after.entries("joints"):
+            return []
+        path: KeyPath = ("joints", match["joint"], "axis")
+        vector = unit_axis(entry_at(after.data, path))
+        in_file, note = after.as_written(path)
+        place: Place = "expanded" if note else "file"
+        chosen = range(3) if match["index"] is None else [int(match["index"])]
+        parameters: list[FreeParameter] = []
+        for k in chosen:
+            full = (*(path if note else in_file), k)
+            label = f"joints.{match['joint']}.axis[{k}]"
+            parameters.append(FreeParameter(label, place, full, float(vector[k]), "rad"))
+        return parameters
+
+    def _module_default(self, name: str) -> list[FreeParameter]:
+        """A parameter of a module that has the default of its template."""
+        document = self.written.document
+        for module, entry in document.entries("modules").items():
+            prefix = f"modules.{module}.parameters."
+            path: KeyPath = ("modules", module, "parameters", name.removeprefix(prefix))
+            if not name.startswith(prefix) or path[3] not in self._template(path)["parameters"]:
+                continue
+            template = find_template(document, entry["template"], (*path[:2], "template"))
+            reader = ModuleParameters(ValueReader(document), module, entry, template)
+            start = reader.module_scope()[str(path[3])]
+            if np.isfinite(start):
+                return [FreeParameter(name, "file", path, start, self._unit(path))]
+        return []
+
+
+def _base_poses(name: str) -> list[FreeParameter]:
+    """Components of the pose of the base in the measuring frame, as `base.xyz[0]`."""
+    parameters: list[FreeParameter] = []
+    for key, unit in (("xyz", "m"), ("rpy", "rad")):
+        for k in range(3):
+            label = f"base.{key}[{k}]"
+            if name in (label, f"base.{key}"):
+                parameters.append(FreeParameter(label, "base", (key, k), 0.0, unit))
+    return parameters

@@ -1,0 +1,222 @@
+"""Geometric parameters of a robot from measurements, through its closed loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy import stats
+
+from ..errors import InputError
+from ..ground.arrays import Array
+from ..ground.file_options import PathText
+from .adjustable import AdjustableRobot
+from .data_file import Table, table_of
+from .fit import Fitted, Fitter
+from .machine import Machine
+from .noise import Sigma, noise_of
+from .observations import WEIGHT, Observations, observe
+from .outlying import LOSSES, Loss, outliers_of, without_outliers
+from .result import Calibration, Estimate, Misfit, OutlyingRow
+from .sensitivity import Sensitivity
+from .unseen import identifiable, unseen_combinations
+
+Data = str | Path | Mapping[str, Sequence[float] | Array]
+CONFIDENCE = 0.95
+DOUBT = 1e-3  # probability of a chi-squared above which the given noise is believed
+LEAST_FREE = 1e-9
+
+
+def calibrate(
+    robot: PathText,
+    data: Data,
+    free: str | Iterable[str],
+    sigma: Sigma = None,
+    loss: Loss = "reject",
+) -> Calibration:
+    """Estimate geometric parameters of a robot from measured rows.
+
+    Each row has the given coordinates, and what was measured there: `tool.x`, `tool.y`, `tool.z`
+    [m] and `tool.qx` to `tool.qw` of the end effector in base axes, the same of any other frame by
+    its name, `distance.A.B` of two frames, `inclination.FRAME.x` of an axis above the horizontal
+    [rad], and further coordinates, which have encoders of their own. `weight` counts a row more or
+    less. What is NaN was not measured.
+
+    Args:
+        robot: name of a shipped robot, or path of a file.
+        data: a CSV file with a header, or columns (N,) by name.
+        free: paths of the parameters, in one text with commas or one by one.
+        sigma: standard deviation of the measurements [m, rad], or by unit `m`, `rad` or by
+            quantity. What is not given is estimated from the residuals.
+        loss: `reject` leaves outliers out, `huber` gives them less weight, `linear` trusts all.
+
+    Returns:
+        The estimates.
+
+    Raises:
+        InputError: a path, column or option is wrong, or there are too few rows.
+        DescriptionError: the robot's file is wrong.
+    """
+    if loss not in LOSSES:
+        raise InputError(f"loss: is {loss!r}; expected one of {', '.join(LOSSES)}")
+    adjustable = AdjustableRobot(robot)
+    machine = Machine(adjustable, adjustable.parameters(names_of(free)))
+    table = table_of(data)
+    observations = observe(machine, table)
+    fitter = Fitter(Sensitivity(machine, observations), row_weights(table))
+    noise = noise_of(observations.quantities, sigma, fitter.first.differences)
+    fitted = fitter.settled(fitter.first_fit(noise))
+    owners = np.array(observations.owners())
+    fitted = without_outliers(fitter, fitted, owners, loss)
+    return _Results(machine, observations, fitter, fitted).calibration()
+
+
+def names_of(free: str | Iterable[str]) -> list[str]:
+    """The paths of a text with commas, or of a list."""
+    if isinstance(free, str):
+        free = free.split(",")
+    return [name.strip() for name in free if name.strip()]
+
+
+def row_weights(table: Table) -> Array:
+    """Square roots of the weights of the rows (N,).
+
+    Raises:
+        InputError: a weight is negative or missing.
+    """
+    if WEIGHT not in table.columns:
+        return np.ones(len(table.lines))
+    weights = table.columns[WEIGHT]
+    wrong = np.flatnonzero(~(weights >= 0.0))
+    if len(wrong):
+        row = int(wrong[0])
+        raise InputError(f"{table.row(row)}: weight is {weights[row]:g}; expected zero or more")
+    return np.asarray(np.sqrt(weights))
+
+
+class _Results:
+    """Makes the result of a fit."""
+
+    def __init__(
+        self, machine: Machine, observations: Observations, fitter: Fitter, fitted: Fitted
+    ) -> None:
+        self.machine = machine
+        self.observations = observations
+        self.fitter = fitter
+        self.fitted = fitted
+        self.owners = np.array(observations.owners())
+        self.factor = self._inflation()
+
+    def calibration(self) -> Calibration:
+        """The calibration."""
+        machine = self.machine
+        fitted = self.fitted
+        names = [parameter.name for parameter in machine.parameters]
+        scales = self.fitter.scales
+        prior = self.fitter.deviation
+        values = fitted.predicted.values
+        return Calibration(
+            parameters=self._estimates(),
+            chi2=fitted.chi2,
+            freedom=fitted.freedom,
+            unseen=tuple(unseen_combinations(names, fitted.covariance, scales, prior)),
+            outliers=tuple(self._outliers()),
+            misfits=self._misfits(),
+            covariance=self.factor**2 * fitted.covariance / np.outer(scales, scales),
+            residuals=fitted.predicted.differences,
+            components=self._components(),
+            unused=self.observations.unused,
+            description=machine.adjustable.described(machine.parameters, values.tolist()),
+            free=machine.parameters,
+            robot=machine.adjustable,
+        )
+
+    def _inflation(self) -> float:
+        """The factor of all deviations where the residuals are larger than the given noise."""
+        freedom = self.fitted.freedom
+        if freedom < 1.0:
+            return 1.0
+        limit = float(stats.chi2.isf(DOUBT, freedom)) / freedom
+        chi2 = self.fitted.chi2
+        return float(np.sqrt(chi2)) if chi2 > limit else 1.0
+
+    def _quantile(self) -> float:
+        """Deviations on each side of an interval."""
+        tail = 0.5 * (1.0 - CONFIDENCE)
+        is_certain = all(self.fitted.noise.is_given) and self.factor == 1.0
+        if is_certain:
+            return float(stats.norm.isf(tail))
+        return float(stats.t.isf(tail, max(self.fitted.freedom, 1.0)))
+
+    def _estimates(self) -> dict[str, Estimate]:
+        covariance = self.fitted.covariance
+        is_shown = identifiable(covariance, self.fitter.deviation)
+        deviations = self.factor * np.sqrt(np.diag(covariance)) / self.fitter.scales
+        quantile = self._quantile()
+        estimates: dict[str, Estimate] = {}
+        values = self.fitted.predicted.values.tolist()
+        for k, parameter in enumerate(self.machine.parameters):
+            deviation = float(deviations[k])
+            half = quantile * deviation
+            interval = (values[k] - half, values[k] + half)
+            start = parameter.start
+            estimates[parameter.name] = Estimate(
+                values[k], interval, start, deviation, is_shown[k], parameter.unit
+            )
+        return estimates
+
+    def _outliers(self) -> list[OutlyingRow]:
+        table = self.observations.table
+        rows: list[OutlyingRow] = []
+        for outlier in outliers_of(self.fitter, self.fitted, self.owners):
+            name = self.observations.quantities[outlier.quantity].name
+            place = table.row(outlier.row)
+            rows.append(OutlyingRow(place, table.lines[outlier.row], name, outlier.size))
+        return rows
+
+    def _misfits(self) -> dict[str, Misfit]:
+        fitted = self.fitted
+        noise = fitted.noise
+        before = self.fitter.first.differences
+        after = fitted.predicted.differences
+        held_out = self._held_out()
+        misfits: dict[str, Misfit] = {}
+        for k, quantity in enumerate(self.observations.quantities):
+            mine = self.owners == k
+            is_used = fitted.weights[:, mine] > 0.0
+            misfits[quantity.name] = Misfit(
+                before=_rms(before[:, mine][is_used]),
+                after=_rms(after[:, mine][is_used]),
+                held_out=_rms(held_out[:, mine][is_used]),
+                sigma=float(noise.by_component[mine][0]),
+                unit=quantity.unit,
+            )
+        return misfits
+
+    def _held_out(self) -> Array:
+        """Residuals (N, c) of each row, with the parameters from all other rows."""
+        fitted = self.fitted
+        rows = fitted.rows
+        hats = rows @ fitted.covariance @ np.swapaxes(rows, 1, 2)
+        count = hats.shape[1]
+        shares = np.eye(count) - hats
+        shares += LEAST_FREE * np.eye(count)
+        without_row = np.linalg.solve(shares, fitted.normalised[..., None])[..., 0]
+        weights = np.where(fitted.weights > 0.0, fitted.weights, np.nan)
+        return np.asarray(without_row * fitted.noise.by_component / weights)
+
+    def _components(self) -> tuple[str, ...]:
+        names: list[str] = []
+        for quantity in self.observations.quantities:
+            columns = quantity.columns
+            if quantity.size != len(columns):
+                columns = tuple(f"{quantity.name} {axis}" for axis in "xyz")
+            names += columns
+        return tuple(names)
+
+
+def _rms(values: Array) -> float:
+    if not values.size:
+        return float("nan")
+    return float(np.sqrt(np.mean(values * values)))

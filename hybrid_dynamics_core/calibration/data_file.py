@@ -1,0 +1,154 @@
+"""Tables of measurements: CSV files with a header, values in SI units or in that of the header."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..description.expressions import evaluate
+from ..errors import InputError
+from ..ground.arrays import Array
+from ..ground.decimal_commas import with_point
+from ..ground.regular_files import read_regular
+
+MAX_BYTES = 200_000_000
+_HEADER = re.compile(r"^(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\]]*)\])?$")
+_SEPARATORS = (",", ";", "\t")
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of numbers.
+
+    Attributes:
+        columns: (N,) by name, in SI units; NaN where a cell is empty.
+        units: units in the header, by name.
+        lines: line of each row in the file, or its number from 1.
+        source: name of the file, for messages.
+    """
+
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+    lines: tuple[int, ...]
+    source: str
+
+    def row(self, index: int) -> str:
+        """The place of a row, for messages."""
+        return f"{self.source}:{self.lines[index]}"
+
+
+def table_of(data: str | Path | Mapping[str, Sequence[float] | Array]) -> Table:
+    """A table from a file, or from columns by name.
+
+    Raises:
+        InputError: the file cannot be read, or a cell is no number.
+    """
+    if isinstance(data, Mapping):
+        return _from_columns(data)
+    path = Path(data)
+    try:
+        text = read_regular(path, MAX_BYTES).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is no text file; expected CSV with a header") from error
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: there is no such file or folder") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    return _Reader(path, text).table()
+
+
+def _from_columns(data: Mapping[str, Sequence[float] | Array]) -> Table:
+    columns: dict[str, Array] = {}
+    for name, values in data.items():
+        column = np.asarray(values, dtype=float)
+        if column.ndim != 1:
+            raise InputError(f"data: column {name} has shape {column.shape}; expected (N,)")
+        columns[name] = column
+    lengths = {len(column) for column in columns.values()}
+    if len(lengths) != 1 or lengths == {0}:
+        counts = ", ".join(f"{name}: {len(column)}" for name, column in columns.items())
+        raise InputError(f"data: expected columns of one length, with rows; there are {counts}")
+    (count,) = lengths
+    return Table(columns, {}, tuple(range(1, count + 1)), "row")
+
+
+class _Reader:
+    """Reads one text."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self.path = path
+        lines = text.splitlines()
+        self.numbered = []
+        for number, line in enumerate(lines, start=1):
+            if line.strip() and not line.lstrip().startswith("#"):
+                self.numbered.append((number, line))
+
+    def table(self) -> Table:
+        """The table."""
+        if len(self.numbered) < 2:
+            raise InputError(f"{self.path}: has no rows; expected CSV with a header and a row each")
+        (line, header), *rows = self.numbered
+        separator = max(_SEPARATORS, key=header.count)
+        names, units = self.header(line, self.cells(header, separator))
+        values: list[list[float]] = []
+        for number, row in rows:
+            cells = self.cells(row, separator)
+            if len(cells) != len(names):
+                problem = f"has {len(cells)} cells; the header has {len(names)}"
+                raise InputError(f"{self.path}:{number}: {problem}")
+            pairs = zip(names, cells, strict=True)
+            values.append([self.number(number, name, cell) for name, cell in pairs])
+        matrix = np.array(values)
+        columns: dict[str, Array] = {}
+        for k, name in enumerate(names):
+            columns[name] = matrix[:, k] * self.factor(line, name, units.get(name, ""))
+        return Table(columns, units, tuple(number for number, _ in rows), str(self.path))
+
+    @staticmethod
+    def cells(line: str, separator: str) -> list[str]:
+        """The cells of a line."""
+        (cells,) = csv.reader([line], delimiter=separator)
+        return [cell.strip() for cell in cells]
+
+    def header(self, line: int, cells: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+        """Names of the columns, and the units that they have."""
+        names: list[str] = []
+        units: dict[str, str] = {}
+        for cell in cells:
+            match = _HEADER.match(cell)
+            name = cell if match is None else match["name"]
+            if not name:
+                raise InputError(f"{self.path}:{line}: a column has no name")
+            if name in names:
+                raise InputError(f"{self.path}:{line}: there are two columns {name}")
+            names.append(name)
+            if match is not None and match["unit"]:
+                units[name] = match["unit"]
+        return names, units
+
+    def number(self, line: int, name: str, cell: str) -> float:
+        """The number of a cell; NaN if it is empty."""
+        if not cell:
+            return math.nan
+        try:
+            return float(cell)
+        except ValueError:
+            point = with_point(cell)
+            hint = f"; decimals have a point: {point}" if point else ""
+            problem = f"{name} is '{cell}', which is no number{hint}"
+            raise InputError(f"{self.path}:{line}: {problem}") from None
+
+    def factor(self, line: int, name: str, unit: str) -> float:
+        """The factor from a unit to SI units."""
+        if not unit:
+            return 1.0
+        try:
+            return evaluate(f"1*{unit}", {}, names_are="", units=("m", "rad"))
+        except ValueError as error:
+            raise InputError(f"{self.path}:{line}: column {name} [{unit}]: {error}") from error

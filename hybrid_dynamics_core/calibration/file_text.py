@@ -1,0 +1,141 @@
+"""Numbers replaced in the text of a YAML or JSON file; everything else stays as it was written."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+
+import yaml
+
+from ..description.document import KeyPath
+
+DIGITS = 12  # significant digits of a written number
+_PLAIN = re.compile(r"[A-Za-z_][\w./-]*")
+_ZERO = (0.0, 0.0, 0.0)
+_LETTERS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+class NotWritableError(LookupError):
+    """An entry has no place of its own in a text."""
+
+
+def with_numbers(text: str, numbers: Iterable[tuple[KeyPath, float]]) -> str:
+    """The text with some numbers replaced, or added where they were left out.
+
+    Args:
+        text: the text of the file.
+        numbers: path and value of each.
+
+    Raises:
+        NotWritableError: an entry is shared by an alias, or has no place in the text.
+    """
+    for path, value in numbers:
+        text = _with_number(text, path, value)
+    return text
+
+
+def written_number(value: float) -> str:
+    """A number with twelve digits."""
+    return f"{value:.{DIGITS}g}"
+
+
+def _with_number(text: str, path: KeyPath, value: float) -> str:
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    node = root
+    for depth, key in enumerate(path):
+        child = _child(node, key)
+        if child is None:
+            return _added(text, node, path[depth:], value)
+        node = child
+    if not isinstance(node, yaml.ScalarNode) or _count(root, node) != 1:
+        raise NotWritableError
+    return _with_comment_in_place(text, node, written_number(value))
+
+
+def _child(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
+    """What is under a key; None if nothing is."""
+    if isinstance(node, yaml.SequenceNode) and isinstance(key, int) and key < len(node.value):
+        item: yaml.Node = node.value[key]
+        return item
+    if isinstance(node, yaml.MappingNode):
+        for name, value in node.value:
+            if name.value == key:
+                entry: yaml.Node = value
+                return entry
+    return None
+
+
+def _count(root: yaml.Node | None, node: yaml.Node) -> int:
+    """How often a node occurs below a root: more than once if aliases stand for it."""
+    total = int(root is node)
+    if isinstance(root, yaml.SequenceNode):
+        total += sum(_count(item, node) for item in root.value)
+    elif isinstance(root, yaml.MappingNode):
+        total += sum(_count(item, node) for _, item in root.value)
+    return total
+
+
+def _replaced(text: str, node: yaml.Node, new: str) -> str:
+    return text[: node.start_mark.index] + new + text[node.end_mark.index :]
+
+
+def _with_comment_in_place(text: str, node: yaml.Node, new: str) -> str:
+    """The text with another number; a comment behind it stays in its column if there is room."""
+    before, after = text[: node.start_mark.index], text[node.end_mark.index :]
+    blanks = len(after) - len(after.lstrip(" "))
+    longer = len(new) - (node.end_mark.index - node.start_mark.index)
+    if after[blanks : blanks + 1] == "#":
+        after = " " * max(blanks - longer, 1) + after[blanks:]
+    return before + new + after
+
+
+def _added(text: str, node: yaml.Node | None, path: KeyPath, value: float) -> str:
+    """The text with an entry that was left out."""
+    if isinstance(node, yaml.ScalarNode) and isinstance(path[0], int):
+        return _replaced(text, node, _vector(_axis_vector(node.value), path[0], value))
+    if not isinstance(node, yaml.MappingNode) or not isinstance(path[0], str):
+        raise NotWritableError
+    is_json = text.lstrip("\ufeff \t\r\n").startswith("{")
+    entry = f"{_key(path[0], is_json)}: {_flow(path[1:], value, is_json)}"
+    if node.flow_style:
+        end = node.end_mark.index - 1
+        comma = ", " if node.value else ""
+        before = text[:end].rstrip()
+        return f"{before}{comma}{entry}{text[end:]}"
+    start = node.start_mark
+    indent = " " * start.column
+    return f"{text[: start.index]}{entry}\n{indent}{text[start.index :]}"
+
+
+def _axis_vector(letter: str) -> tuple[float, ...]:
+    """The vector of an axis such as `-z`."""
+    vector = _LETTERS.get(letter[-1:])
+    if vector is None:
+        raise NotWritableError
+    if letter.startswith("-"):
+        return tuple(-component for component in vector)
+    return vector
+
+
+def _vector(components: tuple[float, ...], index: int, value: float) -> str:
+    """A vector as text, with one component replaced."""
+    words = [written_number(component) for component in components]
+    words[index] = written_number(value)
+    return f"[{', '.join(words)}]"
+
+
+def _flow(path: KeyPath, value: float, is_json: bool) -> str:
+    """The text of an entry at a path below a new key."""
+    if not path:
+        return written_number(value)
+    key = path[0]
+    if isinstance(key, int):
+        return _vector(_ZERO, key, value)
+    return f"{{{_key(key, is_json)}: {_flow(path[1:], value, is_json)}}}"
+
+
+def _key(key: str, is_json: bool) -> str:
+    if not is_json and _PLAIN.fullmatch(key):
+        return key
+    return json.dumps(key, ensure_ascii=False)

@@ -1,0 +1,151 @@
+"""What is measured beside the given coordinates, as predicted by a model.
+
+Each quantity has some components a row. Its difference is model minus measurement, in m or rad.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..algebra.rotations import rotation_matrix
+from ..ground.arrays import Array
+from .machine import PosedRows
+
+TURN = 2.0 * np.pi  # [rad]
+SMALL = 1e-12  # sine of an angle below which its axis does not matter
+
+
+@dataclass(frozen=True)
+class Quantity(ABC):
+    """A measured quantity.
+
+    Attributes:
+        name: what it is, for reports.
+        columns: columns of the data, in order.
+        unit: `m` or `rad`.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    unit: str
+
+    @property
+    def size(self) -> int:
+        """Number of components of the difference."""
+        return len(self.columns)
+
+    @property
+    def noise(self) -> str:
+        """The name of the group that has one standard deviation."""
+        return self.unit
+
+    @abstractmethod
+    def difference(self, posed: PosedRows, measured: Array) -> Array:
+        """Model minus measurement (N, size); NaN where the measurement is missing.
+
+        Args:
+            posed: closed states, N rows.
+            measured: the columns (N, columns).
+        """
+
+
+@dataclass(frozen=True)
+class Point(Quantity):
+    """Coordinates of the origin of a frame."""
+
+    frame: str
+    axes: tuple[int, ...]
+
+    def difference(self, posed: PosedRows, measured: Array) -> Array:
+        """Differences along the measured axes [m]."""
+        _, origin = posed.frame(self.frame)
+        return np.asarray(origin[:, list(self.axes)] - measured)
+
+
+@dataclass(frozen=True)
+class Orientation(Quantity):
+    """The orientation of a frame, as a quaternion x, y, z, w."""
+
+    frame: str
+
+    @property
+    def size(self) -> int:
+        """A rotation vector."""
+        return 3
+
+    def difference(self, posed: PosedRows, measured: Array) -> Array:
+        """The rotation vector from the measured to the predicted orientation (N, 3) [rad]."""
+        rotation, _ = posed.frame(self.frame)
+        norms = np.linalg.norm(measured, axis=1)
+        x, y, z, w = (measured / norms[:, None]).T
+        rows = rotation_matrix((x, y, z, w))
+        measured_rotation = np.moveaxis(np.array(rows), 2, 0)
+        return rotation_vectors(rotation @ np.swapaxes(measured_rotation, 1, 2))
+
+
+@dataclass(frozen=True)
+class Coordinate(Quantity):
+    """A coordinate with an encoder of its own."""
+
+    index: int
+
+    @property
+    def noise(self) -> str:
+        """Each encoder has its own deviation, or that of its unit."""
+        return self.name
+
+    def difference(self, posed: PosedRows, measured: Array) -> Array:
+        """Difference of the coordinate; angles within half a turn."""
+        gain = posed.closed.geometry.gains[self.index]
+        difference: Array = posed.closed.s[:, [self.index]] - gain * measured
+        if self.unit == "rad":
+            difference -= TURN * np.rint(difference / TURN)
+        return difference
+
+
+@dataclass(frozen=True)
+class Distance(Quantity):
+    """The distance between the origins of two frames."""
+
+    first: str
+    second: str
+
+    def difference(self, posed: PosedRows, measured: Array) -> Array:
+        """Difference of the distance [m]."""
+        _, one = posed.frame(self.first)
+        _, other = posed.frame(self.second)
+        length = np.linalg.norm(one - other, axis=1)
+        return np.asarray(length[:, None] - measured)
+
+
+@dataclass(frozen=True)
+class Inclination(Quantity):
+    """The angle of an axis of a frame above the horizontal."""
+
+    frame: str
+    axis: int
+    up: tuple[float, float, float]
+
+    def difference(self, posed: PosedRows, measured: Array) -> Array:
+        """Difference of the angle [rad]."""
+        rotation, _ = posed.frame(self.frame)
+        direction = rotation[:, :, self.axis]
+        up = np.array(self.up)
+        along = direction @ up
+        across = np.linalg.norm(np.cross(direction, up), axis=1)
+        angle = np.arctan2(along, across)
+        return np.asarray(angle[:, None] - measured)
+
+
+def rotation_vectors(rotation: Array) -> Array:
+    """Rotation vectors (N, 3) [rad] of rotations (N, 3, 3)."""
+    skew = rotation - np.swapaxes(rotation, 1, 2)
+    axis = 0.5 * np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
+    sine = np.linalg.norm(axis, axis=1)
+    cosine = 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    factor = np.where(sine > SMALL, angle / np.maximum(sine, SMALL), 1.0)
+    return np.asarray(factor[:, None] * axis)

@@ -1,0 +1,175 @@
+"""Each kind of measurement, and each kind of parameter, on a crank with a cylinder."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core.calibration import calibrate
+
+from .crank import changed, columns, poses, write
+
+EXACT = 1e-8  # [m, rad] of data without noise, by the step of the derivatives and the prior
+NOISE = 5e-5  # [m]
+PARAMETERS = {  # change of the file's text, path, true value
+    "name": ({"reach": "reach: 0.802 "}, "reach", 0.802),
+    "pin": ({"pin": "crank: [0.6, 0.003, 0]"}, "loops.lift.pin.crank[1]", 0.003),
+    "pin by its place": ({"pin": "crank: [0.602, 0, 0]"}, "loops.lift.pin.arm[0]", 0.602),
+    "origin": ({"foot": "xyz: [0.301, 0, -0.5]"}, "joints.pivot.origin.xyz[0]", 0.301),
+    "offset left out": (
+        {"turn": "child: column, axis: z, offset: 0.02"},
+        "joints.turn.offset",
+        0.02,
+    ),
+    "origin left out": (
+        {"turn": "child: column, axis: z, origin: {xyz: [0, 0.004, 0]}"},
+        "joints.turn.origin.xyz[1]",
+        0.004,
+    ),
+    "tilt": (
+        {"turn": "child: column, axis: z, origin: {rpy: [0.003, 0, 0]}"},
+        "joints.turn.origin.rpy[0]",
+        0.003,
+    ),
+    "axis of a letter": (
+        {"turn": "child: column, axis: [0.01, 0, 1]"},
+        "joints.turn.axis[0]",
+        0.01,
+    ),
+    "tool": ({"tool": "xyz: [reach, 0, 0.001]}"}, "end_effector.xyz[2]", 0.001),
+}
+
+
+@pytest.mark.parametrize("case", PARAMETERS)
+def test_a_parameter_is_found_from_points(tmp_path, case):
+    texts, path, value = PARAMETERS[case]
+    data = columns(changed(tmp_path, **texts), poses(12))
+    result = calibrate(write(tmp_path), data, path, sigma=NOISE)
+    assert result.parameters[path].value == pytest.approx(value, abs=EXACT)
+    assert result.identifiable == {path: True}
+    assert result.chi2 < 1e-6
+
+
+KINDS = {
+    "poses": (("points", "turns"), "reach, joints.turn.offset"),
+    "other frames": (("marks",), "frames.mark.xyz[0], joints.turn.offset"),
+    "distances": (("distances",), "reach, joints.turn.offset"),
+    "inclinations": (("inclinations",), "joints.stroke.offset, loops.lift.pin.crank[0]"),
+    "encoders": (("encoders",), "joints.stroke.offset, loops.lift.pin.crank[0]"),
+}
+
+
+@pytest.mark.parametrize("case", KINDS)
+def test_a_kind_of_measurement_shows_its_parameters(tmp_path, case):
+    kinds, free = KINDS[case]
+    true = changed(
+        tmp_path,
+        reach="reach: 0.802 ",
+        pin="crank: [0.598, 0, 0]",
+        turn="child: column, axis: z, offset: 0.01",
+    )
+    nominal = ["reach", "joints.turn.offset", "joints.stroke.offset", "loops.lift.pin.crank[0]"]
+    values = dict(zip(nominal, (0.802, 0.01, 0.0, 0.598), strict=True))
+    values["frames.mark.xyz[0]"] = 0.3
+    fixed = [name for name in nominal[:2] if name not in free]
+    robot = write(tmp_path)
+    if "loops" not in free:
+        true = changed(tmp_path, reach="reach: 0.802 ", turn="child: column, axis: z, offset: 0.01")
+    elif fixed:
+        true = changed(tmp_path, pin="crank: [0.598, 0, 0]")
+    result = calibrate(robot, columns(true, poses(15), kinds), free)
+    for path, one in result.parameters.items():
+        assert one.value == pytest.approx(values[path], abs=1e-6), path
+        assert one.identifiable
+
+
+def test_gains_and_the_pose_of_the_base_have_paths_of_their_own(tmp_path):
+    true = changed(tmp_path)
+    u = poses(20)
+    data = columns(true, u)
+    data["stroke"] = u[:, 1] / 1.01
+    angle = 0.02
+    x, y = data["tool.x"], data["tool.y"]
+    data["tool.x"] = np.cos(angle) * x - np.sin(angle) * y + 0.1
+    data["tool.y"] = np.sin(angle) * x + np.cos(angle) * y
+    free = "joints.stroke.gain, base.xyz, base.rpy[2]"
+    result = calibrate(write(tmp_path), data, free, sigma=NOISE)
+    values = {name: one.value for name, one in result.parameters.items()}
+    expected = {"joints.stroke.gain": 1.01, "base.xyz[0]": 0.1, "base.rpy[2]": angle}
+    for name in ("base.xyz[1]", "base.xyz[2]"):
+        expected[name] = 0.0
+    assert values == pytest.approx(expected, abs=1e-6)
+
+
+def test_other_coordinates_than_the_active_ones_may_be_given(tmp_path):
+    true = changed(tmp_path, reach="reach: 0.802 ")
+    u = poses(12)
+    data = columns(true, u, ("points", "encoders"))
+    del data["stroke"], data["pivot"]
+    result = calibrate(write(tmp_path), data, "reach", sigma=NOISE)
+    assert result.parameters["reach"].value == pytest.approx(0.802, abs=EXACT)
+
+
+def test_what_cannot_be_seen_apart_is_named(tmp_path):
+    data = columns(changed(tmp_path, reach="reach: 0.802 "), poses(12), noise=NOISE)
+    free = "reach, end_effector.xyz[0], links.crank.mass, joints.turn.offset"
+    result = calibrate(write(tmp_path), data, free, sigma=NOISE)
+    # the tool's place replaces `reach` in the file, and nothing depends on a mass
+    assert not result.identifiable["reach"]
+    assert not result.identifiable["links.crank.mass"]
+    assert result.identifiable["joints.turn.offset"]
+    named = {name for one in result.unseen for name in one.names}
+    assert {"reach", "links.crank.mass"} <= named
+
+
+def test_two_offsets_about_one_axis_are_seen_only_together(tmp_path):
+    data = columns(changed(tmp_path), poses(12), noise=NOISE)
+    free = "joints.turn.offset, joints.turn.origin.rpy[2], reach"
+    result = calibrate(write(tmp_path), data, free, sigma=NOISE)
+    assert result.identifiable == {
+        "joints.turn.offset": False,
+        "joints.turn.origin.rpy[2]": False,
+        "reach": True,
+    }
+    (combination,) = result.unseen
+    changes = dict(combination.pairs)
+    assert changes["joints.turn.offset"] == pytest.approx(-changes["joints.turn.origin.rpy[2]"])
+
+
+def test_outliers_are_named_and_left_out(tmp_path):
+    data = columns(changed(tmp_path, reach="reach: 0.802 "), poses(40), noise=NOISE)
+    data["tool.y"][7] += 0.02
+    data["tool.z"][21] -= 0.001
+    robot = write(tmp_path)
+    result = calibrate(robot, data, "reach, joints.turn.offset", sigma=NOISE)
+    assert [one.line for one in result.outliers] == [8, 22]
+    low, high = result.parameters["reach"].interval
+    assert low < 0.802 < high
+    assert result.chi2 < 1.5
+    trusting = calibrate(robot, data, "reach, joints.turn.offset", sigma=NOISE, loss="linear")
+    assert trusting.chi2 > 100.0
+    robust = calibrate(robot, data, "reach, joints.turn.offset", sigma=NOISE, loss="huber")
+    assert robust.parameters["reach"].value == pytest.approx(0.802, abs=1e-4)
+
+
+def test_a_row_with_weight_zero_does_not_count(tmp_path):
+    data = columns(changed(tmp_path, reach="reach: 0.802 "), poses(12))
+    data["tool.x"][3] = 5.0
+    data["weight"] = np.where(np.arange(12) == 3, 0.0, 1.0)
+    result = calibrate(write(tmp_path), data, "reach", sigma=NOISE, loss="linear")
+    assert result.parameters["reach"].value == pytest.approx(0.802, abs=EXACT)
+
+
+def test_cells_that_are_empty_were_not_measured(tmp_path):
+    data = columns(changed(tmp_path, reach="reach: 0.802 "), poses(12))
+    data["tool.x"][3] = np.nan
+    data["tool.z"][:] = np.nan
+    result = calibrate(write(tmp_path), data, "reach", sigma=NOISE)
+    assert result.parameters["reach"].value == pytest.approx(0.802, abs=EXACT)
+
+
+def test_noise_that_is_not_given_is_estimated(tmp_path):
+    data = columns(changed(tmp_path), poses(200), ("points", "turns"), noise=NOISE)
+    result = calibrate(write(tmp_path), data, "reach, joints.turn.offset")
+    assert result.misfits["tool"].sigma == pytest.approx(NOISE, rel=0.15)
+    assert result.chi2 == pytest.approx(1.0, abs=0.01)
