@@ -88,6 +88,8 @@ def _modes_of_platform(platform: LegPlatform, block: BlockSolver, setting: Setti
         placed, margin = platform.carrier.placed(
             rotation, origin, setting.configuration, setting.guess
         )
+        for hinge in platform.hinges:
+            hinge.aim(placed, setting.guess)
         if margin > CLEAR:
             solutions.append([float(placed.q[k]) for k in block.unknowns])
         elif margin > -CLEAR:

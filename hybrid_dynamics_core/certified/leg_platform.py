@@ -1,7 +1,8 @@
-"""Blocks of the closure plan that are a platform on six legs.
+"""Blocks of the closure plan that are a platform on legs.
 
-Three slides and a ball joint carry the platform, and their coordinates are the unknowns. The
-equations are the lengths of six legs. So the modes of the block are the poses of the platform.
+Three slides and a ball joint carry the platform, and their coordinates are unknown. A leg on a
+universal joint keeps one distance. A leg on a hinge moves its end on a circle, which keeps two: to
+two points of the hinge's axis. So six distances determine the poses of the platform.
 """
 
 from __future__ import annotations
@@ -11,17 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..algebra.vector import ZERO3, dot
+from ..algebra.vector import ZERO3, dot, sub
 from ..closure.blocks.block_solver import BlockSolver
 from ..closure.blocks.leg_blocks import BallJointBlock
 from ..closure.blocks.three_spheres import slides_only
 from ..closure.constraints.ball_cut import Ball, Orientation, find_ball
+from ..closure.constraints.equations import loops_of
 from ..closure.constraints.leg import Distance
 from ..closure.constraints.spatial import Chain
 from ..ground.arrays import Array
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree, rows
 from .enclosed import enclosed, joined, stacked
+from .hinge_leg import HingeLeg, hinge_legs
 from .platform import LegIntervals
 
 LEGS = 6
@@ -91,11 +94,13 @@ class LegPlatform:
 
     Attributes:
         carrier: the chain that carries the platform.
-        legs: the equations of its legs.
+        legs: the equations of its legs on universal joints.
+        hinges: its legs on hinges.
     """
 
     carrier: Carrier
     legs: tuple[Distance, ...]
+    hinges: tuple[HingeLeg, ...]
 
     def intervals(
         self, tree: Tree, configuration: Configuration, given: Sequence[int]
@@ -114,26 +119,44 @@ class LegPlatform:
             bar = leg.pivot.after.at(here).relative_to(leg.pivot.centre)
             tips.append(joined(leg.target.point))
             squares.append(dot(bar.end, bar.end))
+        for hinge in self.hinges:
+            for foot in hinge.feet(here):
+                bar_end = sub(hinge.straight_end(here), foot)
+                feet.append(joined(foot))
+                tips.append(joined(hinge.tip))
+                squares.append(dot(bar_end, bar_end))
         return LegIntervals(stacked(feet), stacked(tips), joined(squares))
 
 
 def leg_platform(block: BlockSolver) -> LegPlatform | None:
     """A block as a platform on six legs; None if it is none."""
-    legs = [e.loop for e in block.equations if isinstance(e.loop, Distance)]
-    if not len(legs) == len(block.equations) == len(block.unknowns) == LEGS:
-        return None
-    bodies = legs[0].target.bodies
     unknown = frozenset(block.unknowns)
-    if any(leg.target.bodies != bodies or _moves(leg, unknown) for leg in legs):
+    loops = loops_of(block.equations)
+    legs = tuple(loop for loop in loops if isinstance(loop, Distance))
+    hinges = hinge_legs(loops, unknown)
+    distances = len(legs) + 2 * len(hinges)
+    equations = len(legs) + 3 * len(hinges)
+    if distances != LEGS or not equations == len(block.equations) == len(block.unknowns):
         return None
-    chain = Chain(bodies, ZERO3)
+    chains = [leg.target.bodies for leg in legs] + [hinge.carrier.bodies for hinge in hinges]
+    if any(bodies != chains[0] for bodies in chains) or any(_moves(leg, unknown) for leg in legs):
+        return None
+    carrier = _carrier(Chain(chains[0], ZERO3), unknown)
+    if carrier is None:
+        return None
+    return LegPlatform(carrier, legs, hinges)
+
+
+def _carrier(chain: Chain, unknown: frozenset[int]) -> Carrier | None:
+    """A chain of three slides and a ball joint; None if it is none."""
     ball = find_ball(chain, unknown)
     if ball is None:
         return None
-    slides = tuple(sorted(unknown.difference(ball.coordinates)))
-    if not slides_only(ball.before, slides):
+    moving = unknown & chain.coordinates
+    slides = tuple(sorted(moving.difference(ball.coordinates)))
+    if len(slides) != 3 or not slides_only(ball.before, slides):
         return None
-    return LegPlatform(Carrier(chain, slides, ball), tuple(legs))
+    return Carrier(chain, slides, ball)
 
 
 def _moves(leg: Distance, unknown: frozenset[int]) -> bool:

@@ -16,7 +16,7 @@ from .certificates import Balls, System, all_distinct, certify, chosen, decided,
 from .interval import Interval
 from .paths import PathTracker, polished
 from .rounding import bound
-from .start_system import GENERIC_COUNT, StartSystem, distinct, start_system
+from .start_system import StartSystem, distinct, most_poses, start_system
 from .study import QUADRICS, SIZE, Complex, Legs, pose, quadrics
 
 _SHORT_SUM = 2.0**-49  # share of rounding in sums of at most 12 products
@@ -73,50 +73,86 @@ class _Problem(NamedTuple):
 
 def platform_poses(legs: LegIntervals) -> PlatformPoses:
     """All poses of a platform on six legs, as far as they are reached and certified."""
-    problem = _scaled(legs)
+    if pairs(legs.tips) is None and pairs(legs.feet) is not None:
+        return _inverted(_platform_poses(LegIntervals(legs.tips, legs.feet, legs.squares)))
+    return _platform_poses(legs)
+
+
+def pairs(points: Interval) -> tuple[int, ...] | None:
+    """An order (6,) in which equal points follow each other in pairs; None if there is none."""
+    if np.any(points.lower != points.upper):
+        return None
+    _, groups = np.unique(points.lower, axis=0, return_inverse=True)
+    if not np.array_equal(np.bincount(groups.ravel()), [2, 2, 2]):
+        return None
+    return tuple(np.argsort(groups.ravel(), kind="stable").tolist())
+
+
+def _inverted(poses: PlatformPoses) -> PlatformPoses:
+    """Poses of the platform from those of the base relative to it."""
+    turned = np.swapaxes(poses.rotations, 1, 2)
+    origins = -(turned @ poses.origins[:, :, None])[..., 0]
+    return poses._replace(rotations=turned, origins=origins)
+
+
+def _ordered(legs: LegIntervals, order: tuple[int, ...] | None) -> LegIntervals:
+    if order is None:
+        return legs
+    rows = list(order)
+    parts = [Interval(part.lower[rows], part.upper[rows]) for part in legs]
+    return LegIntervals(*parts)
+
+
+def _platform_poses(legs: LegIntervals) -> PlatformPoses:
+    """Poses of a platform; pairs of equal tips are used if there are three."""
+    order = pairs(legs.tips)
+    in_pairs = order is not None
+    most = most_poses(in_pairs)
+    problem = _scaled(_ordered(legs, order))
     points = np.zeros((0, SIZE), dtype=complex)
     balls = certify(problem.system, points)
     for number, tolerance in enumerate(_TOLERANCES):
-        start = start_system(number)
-        ends, arrived = _ends(problem, start, tolerance)
-        points = np.concatenate([points, ends])
+        start = start_system(number, in_pairs)
+        before = len(points)
+        points = np.concatenate([points, _ends(problem, start, tolerance)])
         if len(points):
             points = distinct(points)
         balls = certify(problem.system, points)
         balls = chosen(balls, balls.certified & finite(balls))
         points = balls.centres
-        if len(points) >= GENERIC_COUNT or arrived < len(start.points):
+        if len(points) >= most or len(points) == before:
             break
-    return _result(problem, balls)
+    return _result(problem, balls, most)
 
 
-def _ends(problem: _Problem, start: StartSystem, tolerance: float) -> tuple[Complex, int]:
-    """Ends (n, 8) of the paths that arrived, made exact, and their number."""
+def _ends(problem: _Problem, start: StartSystem, tolerance: float) -> Complex:
+    """Ends (n, 8) of the paths that arrived, made exact."""
     tracker = PathTracker(start.legs, problem.legs, tolerance)
     ends = tracker.ends(start.points)
     arrived = ends.points[ends.arrived]
     if len(arrived):
         arrived = polished(problem.system.matrices, arrived)
     usable = np.isfinite(arrived).all(axis=1)
-    return arrived[usable], int(ends.arrived.sum())
+    exact: Complex = arrived[usable]
+    return exact
 
 
-def _result(problem: _Problem, balls: Balls) -> PlatformPoses:
+def _result(problem: _Problem, balls: Balls, most: int) -> PlatformPoses:
     real = chosen(balls, balls.real)
     rotations, origins = _poses(problem, real.centres.real)
     count = len(balls.centres)
-    every = f"{count} of {GENERIC_COUNT} complex solutions are certified"
+    every = f"{count} of {most} complex solutions are certified"
     number = len(origins)
     of_these = f"{number} of them {singular_or_plural(number, 'is', 'are')} real"
     complete = False
-    if count < GENERIC_COUNT:
+    if count < most:
         reason = f"{every}, and {of_these}; the other paths end at infinity or at singular places"
     elif not (all_distinct(balls) and decided(balls).all()):
         reason = f"{every}, but some are too near each other to be separated"
     else:
         complete = True
         all_of_them = f"all {counted(count, 'complex solution')} are certified"
-        reason = f"{all_of_them}, {of_these}, and no platform on six legs has more"
+        reason = f"{all_of_them}, {of_these}, and no such platform has more"
     return PlatformPoses(rotations, origins, complete, reason)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from hybrid_dynamics_core.certified import platform as solver
 from hybrid_dynamics_core.certified.certificates import System, certify
-from hybrid_dynamics_core.certified.start_system import GENERIC_COUNT, start_system
+from hybrid_dynamics_core.certified.start_system import most_poses, start_system
 from hybrid_dynamics_core.certified.study import Legs, quadrics
 from tests.certified.geometries import random_legs, random_turn, solved
 from tests.hard_cases.multistart import platform_poses
@@ -54,22 +54,46 @@ def test_lengths_out_of_reach_have_no_pose_and_that_is_proved() -> None:
     assert len(poses.origins) == 0
 
 
-def test_platforms_with_shared_tips_have_fewer_solutions_and_are_not_called_complete() -> None:
-    """Three tips of two legs each: sixteen poses over the complex numbers, not forty."""
-    feet, tips, _ = random_legs(np.random.default_rng(5))
-    shared = np.repeat(tips[:3], 2, axis=0)
+@pytest.mark.parametrize("shared_feet", [False, True])
+@pytest.mark.parametrize("seed", swept(range(12), range(2)))
+def test_platforms_with_shared_tips_have_sixteen_complex_poses(
+    seed: int, shared_feet: bool
+) -> None:
+    """Three points of the platform, or of the base, take two legs each, in any order."""
+    rng = np.random.default_rng(seed)
+    feet, tips, _ = random_legs(rng)
+    shared = np.repeat(tips[:3], 2, axis=0)[rng.permutation(6)]
     lengths = np.linalg.norm(np.array([0.1, 0.2, 0.9]) + shared - feet, axis=1)
+    if shared_feet:
+        feet, shared = shared, feet
+        lengths = np.linalg.norm(np.array([0.1, 0.2, 0.9]) + shared - feet, axis=1)
     poses = solved(feet, shared, lengths)
+    assert poses.complete
+    assert poses.reason.startswith("all 16 complex solutions are certified")
+    for rotation, origin in platform_poses(feet, shared, lengths, 600, seed):
+        apart = np.abs(poses.rotations - rotation).max(axis=(1, 2))
+        apart += np.abs(poses.origins - origin).max(axis=1)
+        assert np.count_nonzero(apart < 1e-6) == 1
+
+
+def test_platforms_on_hexagons_have_fewer_solutions_and_are_not_called_complete() -> None:
+    angles = np.repeat([0.0, 2.0, 4.0], 2) * np.pi / 3.0
+    sides = np.tile([1.0, -1.0], 3)
+    rings = [angles + 0.2 * sides, angles + 0.7 * sides]
+    feet, tips = (np.stack([np.cos(a), np.sin(a), 0.0 * a], axis=1) for a in rings)
+    lengths = np.linalg.norm(random_turn(np.random.default_rng(2))[2] + 0.6 * tips - feet, axis=1)
+    poses = solved(feet, 0.6 * tips, lengths)
     assert not poses.complete
-    assert poses.reason.startswith("16 of 40 complex solutions are certified")
+    assert "of 40 complex solutions are certified" in poses.reason
 
 
-def test_the_start_system_has_forty_solutions() -> None:
+@pytest.mark.parametrize("in_pairs", [False, True])
+def test_start_systems_have_all_their_solutions(in_pairs: bool) -> None:
     for number in range(2):
-        start = start_system(number)
+        start = start_system(number, in_pairs)
         matrices = quadrics(start.legs)
         values = np.einsum("ni,kij,nj->nk", start.points, matrices, start.points)
-        assert len(start.points) == GENERIC_COUNT
+        assert len(start.points) == most_poses(in_pairs)
         assert np.abs(values).max() < 1e-6
 
 
