@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..ground.arrays import Array
+from .live import is_live
+from .scalar import Scalar, sqrt
 
 REGULAR = 1e-9  # least singular value, over the largest, of a matrix that has an inverse
 
@@ -15,6 +17,13 @@ REGULAR = 1e-9  # least singular value, over the largest, of a matrix that has a
 def norm(vector: ArrayLike) -> float:
     """Length of a vector of floats."""
     return float(np.linalg.norm(np.asarray(vector, dtype=float)))
+
+
+def length(vector: Array) -> Scalar:
+    """Length of a vector of any numbers."""
+    if is_live(vector):
+        return sqrt(vector @ vector)
+    return norm(vector)
 
 
 def independent_rows(

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..ground.arrays import Array
+from .live import stacked
 from .scalar import Scalar, sqrt
 
 
@@ -72,7 +73,7 @@ def rotation_angle(rotation: Array) -> float:
 
 def rotation_matrix(quaternion: Sequence[float] | Array) -> Array:
     """The rotation matrix (3, 3) of a quaternion x, y, z, w of any length above zero."""
-    x, y, z, w = np.asarray(quaternion, dtype=float) / _length(*quaternion)
+    x, y, z, w = stacked(quaternion) / _length(*quaternion)
     xx, xy, xz, xw = x * x, x * y, x * z, x * w
     yy, yz, yw = y * y, y * z, y * w
     zz, zw = z * z, z * w

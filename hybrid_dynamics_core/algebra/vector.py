@@ -6,6 +6,7 @@ Plain tuples keep constant zeros visible: tracing drops a product with the const
 from __future__ import annotations
 
 from collections.abc import Iterable
+from numbers import Real
 
 from .scalar import Scalar, Scalars
 
@@ -152,10 +153,13 @@ def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
 
 def constant(values: Iterable[float]) -> Vector:
     """A tuple of Python floats; entries within rounding of -1, 0 or 1 are made exact."""
-    return tuple(_without_dust(float(value)) for value in values)
+    return tuple(_without_dust(value) for value in values)
 
 
-def _without_dust(value: float) -> float:
+def _without_dust(value: Scalar) -> Scalar:
+    if not isinstance(value, Real):
+        return value  # an argument of a program
+    value = float(value)
     for exact in (0.0, 1.0, -1.0):
         if abs(value - exact) < DUST:
             return exact

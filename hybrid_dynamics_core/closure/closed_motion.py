@@ -151,7 +151,9 @@ class SolvedBlock:
 
     def _lengths(self, tree: Tree) -> list[float]:
         """The unit of each unknown: 1 rad, or the loop's length."""
-        length = max(equation.loop.length for equation in self.equations)
+        length = self.solver.length
+        if length is None:
+            length = max(equation.loop.length for equation in self.equations)
         units: list[float] = []
         for k in self.solver.unknowns:
             unit = length

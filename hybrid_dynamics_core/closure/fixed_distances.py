@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..algebra.independence import norm
+from ..algebra.independence import length, norm
+from ..algebra.live import is_live
 from ..description.model import Closure, RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.tree import Body, Tree
@@ -127,7 +128,7 @@ class FixedDistances:
             return _POINT
         return axes[0]
 
-    def _between(self, a: Place, b: Place) -> float:
+    def _between(self, a: Place, b: Place) -> Any:
         """The constant distance of two places [m]; 0 if they turn relative to each other."""
         one = self._standings[a.link]
         other = self._standings[b.link]
@@ -143,16 +144,45 @@ class FixedDistances:
         return _length_across(end.point - start.point, directions)
 
 
-def _length_across(vector: Array, directions: list[Array]) -> float:
+def _length_across(vector: Array, directions: list[Array]) -> Any:
     """Length of a vector's component normal to directions, which are unit vectors or zero."""
+    if is_live(vector) or any(map(is_live, directions)):
+        return _live_length_across(vector, directions)
     _, sizes, basis = np.linalg.svd(np.array(directions), full_matrices=False)
     spanned = basis[sizes > PARALLEL]
     return norm(vector - spanned.T @ (spanned @ vector))
 
 
+def _live_length_across(vector: Array, directions: list[Array]) -> Any:
+    """The same of live numbers, by orthogonalisation of the directions one after the other."""
+    basis: list[Array] = []
+    for direction in directions:
+        remainder = _across(direction, basis)
+        if norm(remainder) > PARALLEL:
+            basis.append(remainder / length(remainder))
+    return length(_across(vector, basis))
+
+
+def _across(vector: Array, basis: list[Array]) -> Array:
+    """The component of a vector normal to orthogonal unit vectors."""
+    for axis in basis:
+        vector = vector - (axis @ vector) * axis
+    return vector
+
+
+def _inverse(pose: Array) -> Array:
+    """The inverse (4, 4) of a pose."""
+    if not is_live(pose):
+        return np.asarray(np.linalg.inv(pose), dtype=np.float64)
+    rotation = pose[:3, :3].T
+    return _pose(rotation, -(rotation @ pose[:3, 3]))
+
+
 def _pose(rotation: ArrayLike, origin: ArrayLike) -> Array:
     """A pose as a matrix (4, 4)."""
     pose = np.eye(4)
+    if is_live(np.array(rotation)) or is_live(np.array(origin)):
+        pose = pose.astype(object)
     pose[:3, :3] = rotation
     pose[:3, 3] = origin
     return pose
@@ -170,7 +200,7 @@ def _standings(tree: Tree, robot: RobotDescription) -> dict[int, _Standing]:
             first = tree.body_index(closure.link_a)
             second = tree.body_index(closure.link_b)
             poses = [_pose(frame.rotation, frame.translation) for frame in closure.frames()]
-            weld = poses[0] @ np.linalg.inv(poses[1])
+            weld = poses[0] @ _inverse(poses[1])
             standings.update(_welded(standings, first, second, weld))
     return standings
 
@@ -196,7 +226,7 @@ def _welded(
     one, other = standings[first], standings[second]
     if one.group == other.group:
         return {}
-    move = one.pose @ weld @ np.linalg.inv(other.pose)
+    move = one.pose @ weld @ _inverse(other.pose)
     result: dict[int, _Standing] = {}
     for link, standing in standings.items():
         if standing.group == other.group:

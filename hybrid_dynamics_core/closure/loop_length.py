@@ -8,6 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..algebra.independence import norm
+from ..algebra.live import is_live
+from ..algebra.scalar import Scalar
 from ..description.model import RobotDescription
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
@@ -49,11 +51,17 @@ def measure(
         names = {loop.name for loop in group}
         lengths = [fixed[name] for name in names if fixed[name] > least]
         if lengths:
-            length = math.fsum(lengths) / len(lengths)
+            length = _total(lengths) / len(lengths)
         else:
             length = _common_length(tree, distances, measurable, reference, rounding)
         for loop in group:
             loop.length = length
+
+
+def _total(lengths: Sequence[Scalar]) -> Scalar:
+    if is_live(lengths):
+        return sum(lengths)
+    return math.fsum(lengths)
 
 
 def measured_at_reference(

@@ -57,6 +57,11 @@ def build_description(document: Document) -> RobotDescription:
     return replace(robot, notes=notes, warnings=warnings, impossible=impossible)
 
 
+def described_numbers(document: Document) -> RobotDescription:
+    """The numbers of an expanded document that was checked before, without notes or warnings."""
+    return _Builder(ValueReader(document)).robot()
+
+
 class _Builder:
     def __init__(self, values: ValueReader) -> None:
         self.values = values

@@ -7,6 +7,8 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 
+from ..algebra.live import is_live
+from ..algebra.scalar import absolute, atan2, cos, sin, sqrt
 from ..ground.decimal_commas import POINT_HINT, with_point
 from ..ground.quantities import ANGLE, PLAIN, UNITS, Dimension, Quantity, described, mismatch
 from ..ground.suggestions import did_you_mean, suggestion
@@ -22,6 +24,16 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # (number of argumen
     "asin": (1, math.asin),
     "acos": (1, math.acos),
     "atan2": (2, math.atan2),
+}
+_LIVE_FUNCTIONS: dict[str, Callable[..., float]] = {  # of arguments of programs
+    "sqrt": sqrt,
+    "abs": absolute,
+    "sin": sin,
+    "cos": cos,
+    "tan": lambda x: sin(x) / cos(x),
+    "atan2": atan2,
+    "asin": lambda x: atan2(x, sqrt(1.0 - x * x)),
+    "acos": lambda x: atan2(sqrt(1.0 - x * x), x),
 }
 _UNIT_HINT = "units are factors, as 65*mm, 200*bar, 3*kN*m, 30*deg"
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -184,6 +196,8 @@ class _Evaluation:
         arguments = [self.summand(argument) for argument in node.args]
         dimension = self.result_dimension(name, arguments)
         values = [argument.value for argument in arguments]
+        if is_live(values):
+            return Quantity(_LIVE_FUNCTIONS[name](*values), dimension)
         try:
             return Quantity(function(*values), dimension)
         except ValueError:

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..algebra.independence import length
 from ..algebra.rotations import rotation_matrix
+from ..algebra.scalar import cos, sin, sqrt
 from ..algebra.vector import constant
 from ..ground.arrays import Array, frozen
 
@@ -65,12 +67,12 @@ def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
 
     This is the convention of URDF.
     """
-    cr = math.cos(roll)
-    sr = math.sin(roll)
-    cp = math.cos(pitch)
-    sp = math.sin(pitch)
-    cy = math.cos(yaw)
-    sy = math.sin(yaw)
+    cr = cos(roll)
+    sr = sin(roll)
+    cp = cos(pitch)
+    sp = sin(pitch)
+    cy = cos(yaw)
+    sy = sin(yaw)
     return snapped(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -105,8 +107,8 @@ def rotation_about(axis: Array, angle: float) -> Array:
             [-y, x, 0],
         ]
     )
-    sine = math.sin(angle)
-    versine = 1.0 - math.cos(angle)
+    sine = sin(angle)
+    versine = 1.0 - cos(angle)
     # Rodrigues' formula
     return snapped(np.eye(3) + sine * skew + versine * skew @ skew)
 
@@ -117,7 +119,7 @@ def rotation_with_z_axis(axis: Array) -> Array:
     farthest = int(np.argmin(np.abs(axis)))
     side = np.eye(3)[farthest]
     x = side - (side @ axis) * axis
-    x /= np.linalg.norm(x)
+    x = x / length(x)
     y = np.cross(axis, x)
     return snapped(np.column_stack([x, y, axis]))
 
@@ -160,7 +162,7 @@ def unit_axis(axis: str | list[float]) -> Array:
         sign = -1.0 if axis.startswith("-") else 1.0
         letter = axis[-1]
         return frozen([sign * component for component in _AXES[letter]])
-    length = math.sqrt(sum(component * component for component in axis))
-    if length == 0.0:
+    size = sqrt(sum(component * component for component in axis))
+    if size == 0.0:
         raise ValueError("the axis has no length; give a direction such as [0, 0, 1]")
-    return frozen(constant([component / length for component in axis]))
+    return frozen(constant([component / size for component in axis]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..algebra.live import plain
 from ..ground.arrays import Array, frozen
 
 TRIANGLE_SLACK = 1e-9  # relative error of printed moments
@@ -49,7 +50,7 @@ def impossibility(inertia: Array, slack: float) -> str:
         inertia: (3, 3) symmetric [kg m^2].
         slack: error of the printed numbers, relative to the largest moment.
     """
-    least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
+    least, middle, largest = np.linalg.eigvalsh(plain(inertia)).tolist()
     size = max(abs(least), abs(largest), _LEAST_MOMENT)
     allowed = max(slack * size, _LEAST_MOMENT)
     if least < -allowed:

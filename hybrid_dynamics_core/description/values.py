@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..algebra.live import kept, plain
 from ..ground.arrays import Array, frozen
 from ..ground.suggestions import did_you_mean
 from ..ground.wording import singular_or_plural
@@ -168,7 +169,7 @@ class ValueReader:
         if apart > _PRINTED:
             problem = f"its rows are off unit length and right angles by {apart:.3g}"
             raise self.document.error(path, f"is no rotation: {problem}")
-        if np.linalg.det(matrix) < 0.0:
+        if np.linalg.det(plain(matrix)) < 0.0:
             problem = "is a reflection, not a rotation (determinant -1); turn one of its axes round"
             raise self.document.error(path, problem)
         if apart > _ROUNDED:
@@ -242,7 +243,7 @@ def number_from(value: Scalar, names: Mapping[str, float], units: Sequence[str] 
     """
     if isinstance(value, str):
         return evaluate(value, names, units=units)
-    return float(value)
+    return kept(value)
 
 
 def _seems_degrees(written: Scalar, angle: float) -> bool:

@@ -177,6 +177,16 @@ def find_pins(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> lis
     return [_pin(tree, closure, configurations) for closure in closures]
 
 
+def moved_pins(pins: Sequence[Pin], tree: Tree, closures: Sequence[Closure]) -> list[Pin]:
+    """The same pins in a tree of the same structure with other numbers."""
+    moved: list[Pin] = []
+    for pin, closure in zip(pins, closures, strict=True):
+        axes, _ = _axes(tree, closure)
+        other = _pin_of_all_directions(tree, closure, axes)
+        moved.append(replace(other, borne=pin.borne, silent=pin.silent))
+    return moved
+
+
 def _pin(tree: Tree, closure: Closure, configurations: Sequence[Configuration]) -> Pin:
     """The pin of a closure; its determined directions are found at some configurations."""
     axes, silent = _axes(tree, closure)

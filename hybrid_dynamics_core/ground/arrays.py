@@ -12,8 +12,10 @@ Array = NDArray[np.float64]
 
 
 def frozen(values: ArrayLike) -> Array:
-    """A read-only float64 copy."""
-    array = np.array(values, dtype=np.float64)
+    """A read-only float64 copy; numbers that stand for arguments of programs stay what they are."""
+    array = np.array(values)
+    if array.dtype != object or not any(hasattr(x, "symbol") for x in array.flat):
+        array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from ..ground.lazy import lazy
 from .formula_code import decides_formulas
+from .graph import Symbol
 
 _LIBRARIES = ("builtins", "numpy")  # covered by their versions, which are part of every key
 
@@ -127,6 +128,8 @@ class _Writer:
         if dataclasses.is_dataclass(thing):
             names = [field.name for field in dataclasses.fields(thing)]
             self.add({name: getattr(thing, name) for name in names})
+        elif isinstance(thing, Symbol):
+            self.add([thing.graph, thing.index])
         elif hasattr(thing, "__dict__"):
             self.add({k: value for k, value in vars(thing).items() if not _is_computed(kind, k)})
         else:

@@ -235,6 +235,12 @@ class Symbol:
             return -inner.reciprocal()
         return self.graph.apply("div", 1.0, self)
 
+    def __pow__(self, power: int) -> Operand:
+        result: Operand = 1.0
+        for _ in range(power):
+            result = result * self
+        return result
+
     def __neg__(self) -> Symbol:
         inner = self._negated()
         if inner is not None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..algebra.charts import FIRST
+from ..algebra.live import kept
 from ..algebra.scalar import Scalar
 from ..algebra.transform import IDENTITY, RigidTransform, compose
 from ..algebra.vector import ZERO3, Rotation, Vector, constant
@@ -70,7 +71,8 @@ class Body:
     @property
     def is_compensated(self) -> bool:
         """Whether some of its weight is compensated."""
-        return any((self.compensated_mass, *self.compensated_moment))
+        values = (self.compensated_mass, *self.compensated_moment)
+        return any(not isinstance(value, float) or value for value in values)
 
     @property
     def is_revolute(self) -> bool:
@@ -176,7 +178,7 @@ def rows(matrix: Array) -> Rotation:
 
 def floats(vector: Array) -> Vector:
     """An array as a tuple of floats."""
-    return tuple(map(float, vector))
+    return tuple(map(kept, vector))
 
 
 def build_tree(robot: RobotDescription) -> Tree:

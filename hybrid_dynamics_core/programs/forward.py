@@ -101,8 +101,8 @@ class InertiaScales:
     """
 
     def __init__(self, model: Model, motion: ClosedMotion) -> None:
-        self.mass = total_mass(model.tree) or 1.0
-        inertia = total_inertia(model.tree, model.plan.reference) or 1.0
+        self.mass = total_mass(model.measured) or 1.0
+        inertia = total_inertia(model.measured, model.plan.reference) or 1.0
         self.along_s: list[float] = []
         for k in range(motion.size):
             is_angle = model.tree.is_revolute(k)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ..algebra.scalar import Scalars
@@ -10,6 +10,7 @@ from ..closure.plan import ClosurePlan
 from ..description.model import Closure
 from ..dynamics.load_pattern import FRICTION, SPRINGS, LoadPattern, LoadValues
 from ..dynamics.parallel_axes import Layout, lay_out
+from ..dynamics.pins import Pin, find_pins
 from ..dynamics.regrouped import regrouped
 from ..ground.lazy import lazy
 from ..kernels.run import Kernel
@@ -50,9 +51,18 @@ class Model:
         return regrouped(self.tree, self.plan, self.closures)
 
     @lazy
-    def layout(self) -> Layout:
-        """The axes that links with parallel joints have in common."""
+    def layout(self) -> Layout | None:
+        """The axes that links with parallel joints have in common; None for those of links."""
         return lay_out(self.regrouped, self.plan)
+
+    @property
+    def measured(self) -> Tree:
+        """The tree of floats from which scales of inertia are taken."""
+        return self.tree
+
+    def pins(self, closures: Sequence[Closure]) -> list[Pin]:
+        """The pins of closures."""
+        return find_pins(self.tree, self.plan, closures)
 
     def size(self, name: str) -> int:
         """Length of an input vector."""

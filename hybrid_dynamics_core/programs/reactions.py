@@ -11,7 +11,7 @@ from ..algebra.vector import ZERO3, Vector, add, cross, matvec, sub
 from ..closure.closed_motion import ClosedMotion
 from ..description.model import Closure
 from ..dynamics.load_pattern import NOTHING, LoadPattern
-from ..dynamics.pins import Pin, find_pins
+from ..dynamics.pins import Pin
 from ..dynamics.spanning import TreeDynamics, Wrench, difference, total
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
@@ -63,7 +63,7 @@ def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Pr
         origins = [origin for _, origin in poses]
         joints = _in_base_axes(in_link_axes, poses)
         base = _on_base(model.tree, joints, origins)
-        pins = find_pins(model.tree, model.plan, closures)
+        pins = model.pins(closures)
         solved = [_solved(pin, tree, along.get(pin.name, {})) for pin in pins]
         for wrench in solved:
             _shift_to_pin(model.tree, wrench, joints, origins)

@@ -24,7 +24,7 @@ from .joint_poses import JointPoses
 from .kernel_store import KernelStore
 from .kinematics import Kinematics
 from .model import RobotModel
-from .parameters import with_parameters
+from .parameters import FreeParameters, with_parameters
 
 if TYPE_CHECKING:
     from .frameworks.casadi_calls import CasadiCalls
@@ -49,6 +49,7 @@ class Robot:
         self._dynamics = Dynamics(self._model, self._kernels, self._closure)
         self._actuation = Actuation(self._model, self._closure)
         self._joint_poses = JointPoses(self._model, self._closure)
+        self._parameters = FreeParameters(self._model, self._closure)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
         """Pickle and copy by the description."""
@@ -58,6 +59,7 @@ class Robot:
         return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"
 
     with_parameters = with_parameters  # a function of the robot
+    free = delegate("_parameters", FreeParameters.free)
 
     # -- names and limits
 

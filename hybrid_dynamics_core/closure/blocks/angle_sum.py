@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
-from ...algebra.scalar import Scalar, Scalars
+from ...algebra.scalar import Scalar, Scalars, cos, sin
 from ...algebra.vector import Vector, constant, turn
 from ...mechanism.configuration import Configuration, with_turns
 from ..constraints.angle_sum import AngleSum
@@ -35,7 +33,7 @@ class AngleBlock(BlockSolver):
 
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Always closes."""
-        offset = (math.cos(self.offset), math.sin(self.offset))
+        offset = (cos(self.offset), sin(self.offset))
         direction: Vector = constant(offset)
         angle: Scalar = self.offset
         for k, sign in self.others:

@@ -27,6 +27,7 @@ class BlockSolver(ABC):
         modes_fixed: the mode that the plan chose is kept, since another one gives the same poses.
         order: order of the equations in which elimination needs not pivot near the reference; empty
             for the order that they have.
+        length: length of its loops [m] where it is an argument of programs, otherwise None.
         meets_guards: whether its solution makes the guards of its loop positive.
         needs_mode: whether the file must name the mode; if not, the one nearest to zero is taken.
     """
@@ -39,6 +40,7 @@ class BlockSolver(ABC):
     meets_guards = False
     needs_mode = False
     order: tuple[int, ...] = ()
+    length: Scalar = None
 
     @property
     def loops(self) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...algebra.independence import is_regular
+from ...algebra.live import plain
 from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
@@ -37,6 +38,7 @@ class CouplingsBlock(BlockSolver):
         self.unknowns = tuple(unknowns)
         self._revolute = dict(revolute)
         matrix = np.array([[c.coefficients.get(k, 0.0) for k in unknowns] for c in couplings])
+        matrix = plain(matrix)
         if not is_regular(matrix):
             raise ValueError("the couplings do not determine the unknowns")
         self._inverse = np.linalg.inv(matrix).tolist()

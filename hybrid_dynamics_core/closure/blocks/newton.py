@@ -42,7 +42,7 @@ class NewtonBlock(BlockSolver):
             parameters.append(configuration.q[k])
             if self._revolute[k]:
                 parameters += [configuration.c[k], configuration.s[k]]
-        parameters += configuration.charts
+        parameters += [*configuration.charts, *self.iterated_with()]
         start = [guess[k] for k in self.unknowns]
         *values, iterations = newton(self.residuals_and_jacobian, start, parameters)
         for k, value in zip(self.unknowns, values, strict=True):
@@ -51,6 +51,10 @@ class NewtonBlock(BlockSolver):
         if len(self.equations) > len(self.unknowns):
             return _smaller(iterations, self._closes(configuration) * absolute(iterations))
         return iterations
+
+    def iterated_with(self) -> list[Scalar]:
+        """Further parameters of the iteration, besides coordinates."""
+        return []
 
     def _closes(self, configuration: Configuration) -> Scalar:
         """1 if all equations hold, -1 if not: least squares may end where they do not."""

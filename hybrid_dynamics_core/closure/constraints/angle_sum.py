@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
-from ...algebra.scalar import Scalar, Scalars, atan2
+from ...algebra.scalar import Scalar, Scalars, atan2, cos, sin
 from ...algebra.vector import Vector, constant, turn
 from ...mechanism.configuration import Configuration
 from .equations import Linearised, LoopEquations
@@ -55,7 +53,7 @@ class AngleSum(LoopEquations):
 
     def _direction(self, configuration: Configuration) -> Vector:
         """Cosine and sine of the sum."""
-        offset = (math.cos(self.offset), math.sin(self.offset))
+        offset = (cos(self.offset), sin(self.offset))
         direction: Vector = constant(offset)
         for k, sign in self.turns:
             direction = turn(configuration.c[k], sign * configuration.s[k], direction)

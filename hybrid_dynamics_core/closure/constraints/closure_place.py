@@ -38,11 +38,11 @@ class Line(NamedTuple):
         """The point (3,) of this line nearest to another one, or to its `point` if parallel [m]."""
         between = other.point - self.point
         normal = np.cross(self.direction, other.direction)
-        square = float(normal @ normal)
+        square = normal @ normal
         if square > PARALLEL**2:
-            along = float(np.cross(between, other.direction) @ normal) / square
+            along = np.cross(between, other.direction) @ normal / square
         else:
-            along = float(between @ self.direction)
+            along = between @ self.direction
         foot: Array = self.point + along * self.direction
         return foot
 

@@ -80,12 +80,12 @@ def meeting_point(first: Body, second: Body) -> tuple[Vector, Vector] | None:
     """Meeting point of two axes, in the frame before the first joint and in the second body's."""
     a = np.array(first.axis)
     b = np.array(second.rotation) @ np.array(second.axis)
-    offset = np.array(second.translation, dtype=float)
+    offset = np.array(second.translation)
     normal = np.cross(a, b)
-    size = float(normal @ normal)
+    size = normal @ normal
     if size < PARALLEL**2 or abs(float(offset @ normal)) > MEET:
         return None
-    along = float(np.cross(offset, b) @ normal) / size
+    along = np.cross(offset, b) @ normal / size
     point = a * along  # on the first axis
     in_parent = np.array(first.rotation) @ point + np.array(first.translation)
     in_second = np.array(second.rotation).T @ (point - offset)

@@ -6,13 +6,13 @@ method or a circle intersection can switch to the antiparallelogram. The linear 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...algebra.independence import norm
+from ...algebra.scalar import atan2
 from ...algebra.vector import Vector
 from ...ground.arrays import Array
 from .angle_sum import AngleSum, Turns
@@ -84,7 +84,7 @@ def _opposite(pin: PlanarPin, one: _Side, other: _Side) -> AngleSum:
     """The equation that `one` stays antiparallel to `other`."""
     if abs(one.length - other.length) > EQUAL * pin.length:
         raise ValueError(f"its opposite bars are {one.length:.9g} m and {other.length:.9g} m long")
-    direction_one = math.atan2(one.vector[1], one.vector[0])
-    direction_other = math.atan2(-other.vector[1], -other.vector[0])
+    direction_one = atan2(one.vector[1], one.vector[0])
+    direction_other = atan2(-other.vector[1], -other.vector[0])
     against = tuple((k, -sign) for k, sign in other.turns)
     return AngleSum(pin.name, (*one.turns, *against), direction_one - direction_other)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ...algebra.independence import norm
+from ...algebra.scalar import atan2
 from ...algebra.vector import constant
 from ...description.model import Closure
 from ...ground.arrays import Array
@@ -114,7 +114,7 @@ def _parallel_frames(name: str, geometry: PlanarGeometry, a: _End, b: _End) -> A
     if norm(normal_a - normal_b) > PARALLEL:
         raise ValueError("its frames are tilted out of the loop's plane against each other")
     turn = a.rotation @ b.rotation.T  # about the normal
-    offset = math.atan2(turn[1, 0], turn[0, 0])
+    offset = atan2(turn[1, 0], turn[0, 0])
     turns = [(j.coordinate, j.sign) for j in geometry.chain_a if j.revolute]
     turns += [(j.coordinate, -j.sign) for j in geometry.chain_b if j.revolute]
     return AngleSum(name, tuple(turns), offset)

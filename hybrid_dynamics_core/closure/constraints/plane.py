@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...algebra.independence import norm
+from ...algebra.independence import length, norm
+from ...algebra.live import plain
 from ...ground.arrays import Array
 from ...mechanism.tree import Tree
 
@@ -80,13 +81,14 @@ def _some_axis_across(normal: Array) -> Array:
     else:
         side = np.roll(np.abs(normal), 1)
     across: Array = side - (side @ normal) * normal
-    return across / norm(across)
+    unit: Array = across / length(across)
+    return unit
 
 
 def _outside(axes: Sequence[_JointAxis], normals: Sequence[Array]) -> list[list[str]]:
     """Joints that do not move in the plane of each normal."""
-    directions = np.array([axis.axis for axis in axes])
-    across = np.array(normals)[:, None]
+    directions = plain(np.array([axis.axis for axis in axes]))
+    across = plain(np.array(normals))[:, None]
     turning = np.linalg.norm(np.cross(across, directions), axis=-1)
     sliding = np.abs((across * directions).sum(axis=-1))
     tilts = np.where([axis.is_revolute for axis in axes], turning, sliding)
@@ -131,7 +133,7 @@ def _number_outside(plane: tuple[Sequence[str], Array]) -> int:
 
 
 def _text(axis: Array) -> str:
-    return ", ".join(f"{x + 0.0:.3g}" for x in axis.round(12))
+    return ", ".join(f"{x + 0.0:.3g}" for x in plain(axis).round(12))
 
 
 def _listed(names: Sequence[str]) -> str:

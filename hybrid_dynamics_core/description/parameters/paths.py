@@ -59,18 +59,14 @@ def parameter_value(description: RobotDescription, name: str) -> float | Array:
         name: a name of `parameters:`, or a path.
 
     Raises:
-        UnknownNameError: there is no such number.
+        InputError: there is no such number.
     """
     written = written_of(description)
     path = path_of(written, name)
-    before, after = written.expanded
-    document = before if has_entry(before.data, path[:2]) else after
-    entry = entry_at(document.data, path)
-    values = ValueReader(after)
-    if not isinstance(entry, list):
-        return _number(values, document, path)
-    numbers = [_number(values, document, (*path, k)) for k in range(len(entry))]
-    return frozen(numbers)
+    components = component_paths(written, name)
+    if components == [path]:
+        return number_at(written, path)
+    return frozen([number_at(written, component) for component in components])
 
 
 def with_parameters(description: RobotDescription, values: Mapping[str, Any]) -> RobotDescription:
@@ -82,8 +78,7 @@ def with_parameters(description: RobotDescription, values: Mapping[str, Any]) ->
             means several numbers takes as many.
 
     Raises:
-        UnknownNameError: there is no such number.
-        InputError: a value is no number, or there are too many or too few.
+        InputError: there is no such number, a value is none, or there are too many or too few.
         DescriptionError: the numbers do not fit the description.
     """
     written = written_of(description)
@@ -101,16 +96,41 @@ def name_of(path: KeyPath) -> str:
     return dotted(path)
 
 
+def component_paths(written: Written, name: str) -> list[KeyPath]:
+    """The path of a number, or the paths of all numbers in a list.
+
+    Raises:
+        InputError: there is no such number.
+    """
+    path = path_of(written, name)
+    entry = entry_at(_document_of(written, path).data, path)
+    if not isinstance(entry, list):
+        return [path]
+    return [(*path, k) for k in range(len(entry))]
+
+
+def number_at(written: Written, path: KeyPath) -> float:
+    """The number at a path, in SI units."""
+    _, after = written.expanded
+    return _number(ValueReader(after), _document_of(written, path), path)
+
+
+def _document_of(written: Written, path: KeyPath) -> Document:
+    """The document that has an entry: as it was written, or with short forms expanded."""
+    before, after = written.expanded
+    return before if has_entry(before.data, path[:2]) else after
+
+
 def path_of(written: Written, name: str) -> KeyPath:
     """The path of a name.
 
     Raises:
-        UnknownNameError: there is no such number; the message has names that are near.
+        InputError: there is no such number; the message has names that are near.
     """
     if not isinstance(name, str):
         raise InputError(f"a parameter is named by a text, not by {name!r}")
     before, after = written.expanded
-    text = name.strip()
+    text = str(name).strip()
     if text in before.entries(_PARAMETERS):
         return (_PARAMETERS, text)
     for document in (before, after):
@@ -203,9 +223,7 @@ def _number(values: ValueReader, document: Document, path: KeyPath) -> float:
 
 def _checked(written: Written, name: str, path: KeyPath, value: Any) -> Any:
     """The value as plain data: a number, an expression, or a list of them."""
-    before, after = written.expanded
-    document = before if has_entry(before.data, path[:2]) else after
-    former = entry_at(document.data, path)
+    former = entry_at(_document_of(written, path).data, path)
     if not isinstance(former, list):
         return _plain(name, value)
     if isinstance(value, str) or not isinstance(value, (Sequence, np.ndarray)):

@@ -64,14 +64,18 @@ class Written:
             _change(document, path, value)
         return before, document
 
+    def document_to_build(self) -> Document:
+        """The expanded document with the changes, to build from."""
+        _, document = self._expanded()
+        return document
+
     def described(self) -> RobotDescription:
         """The description with the changes.
 
         Raises:
             DescriptionError: a number does not fit.
         """
-        _, document = self._expanded()
-        return carry(self._build(document), self)
+        return carry(self._build(self.document_to_build()), self)
 
     def changed(self, changes: Mapping[KeyPath, Any]) -> Written:
         """The same with further changes."""

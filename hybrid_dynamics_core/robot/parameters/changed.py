@@ -36,8 +36,7 @@ def with_parameters(robot: R, values: Mapping[str, Any] | None = None, /, **para
         The other robot.
 
     Raises:
-        UnknownNameError: there is no such number.
-        InputError: a value is no number, or the robot was not read from a file.
+        InputError: there is no such number, a value is none, or the robot was not read from a file.
         DescriptionError: the numbers do not fit; the loops do not close with them, for example.
     """
     given = {**(values or {}), **parameters}
