@@ -34,6 +34,7 @@ VERBS = {  # name -> module, in the order of the help
     "capability": "capability",
     "weigh": "weigh",
     "calibrate": "calibrate",
+    "estimate": "estimate",
     "view": "view",
     "export": "export",
     "import": "import_file",

@@ -1,6 +1,6 @@
-"""Accuracy of weighing and of forces at the tool.
+"""Accuracy of weighing, of forces at the tool, and of joint states from IMUs.
 
-python -m benchmarks.estimation [--lifts N] [--forces N] [--seed S] [--publish]
+python -m benchmarks.estimation [--lifts N] [--forces N] [--states N] [--seed S] [--publish]
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from pathlib import Path
 from benchmarks import publish
 
 from .forces import force_table, pushed
+from .states import outcomes, states_table
 from .weighing import weighed, weighing_table
 
 LIFTS = 200
@@ -22,11 +23,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.estimation", description=__doc__)
     parser.add_argument("--lifts", type=int, help="number of machines that weigh; 200 if alone")
     parser.add_argument("--forces", type=int, help="number of machines that feel a force")
+    parser.add_argument("--states", type=int, help="number of cycles whose states are estimated")
     parser.add_argument("--seed", type=int, default=0, help="seed of the first one")
     parser.add_argument("--publish", action="store_true", help="put the tables into the docs")
     arguments = parser.parse_args()
     lifts = arguments.lifts
-    if lifts is None and arguments.forces is None:
+    if lifts is None and arguments.forces is None and arguments.states is None:
         lifts = LIFTS
     if lifts:
         lines = weighing_table(weighed(lifts, arguments.seed))
@@ -34,6 +36,9 @@ def main() -> None:
     if arguments.forces:
         lines = force_table(pushed(arguments.forces, arguments.seed))
         _show("forces", "tool_force.md", lines, arguments.publish)
+    if arguments.states:
+        lines = states_table(outcomes(arguments.states, arguments.seed))
+        _show("states", "estimation.md", lines, arguments.publish)
 
 
 def _show(name: str, page: str, lines: list[str], is_published: bool) -> None:

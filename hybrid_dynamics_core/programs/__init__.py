@@ -5,6 +5,7 @@ It runs on floats as it is, on arrays (one array a scalar), or traced into a ker
 gives the equations.
 """
 
+from . import sensing
 from .actuation import HYDRAULICS, generalised_forces, hydraulics
 from .centroidal import centroidal
 from .closure import ACCELERATIONS, CLOSE, MOTION
@@ -59,6 +60,7 @@ __all__ = [
     "pose_and_jacobian",
     "reactions",
     "regressor",
+    "sensing",
     "spanning_terms",
     "warm_started",
 ]

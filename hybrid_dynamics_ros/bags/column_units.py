@@ -13,7 +13,7 @@ from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from ..messages.joint_samples import FloatArray
 from .errors import BagError
 
-_NAME: Final = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]+)[\])]")  # name and unit in brackets
+WITH_UNIT: Final = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]+)[\])]")  # name and unit in brackets
 _FACTOR: Final = re.compile(r"([A-Za-z]+|1)\^?([123])?")
 _POWERS: Final = {"²": "2", "³": "3", "°": "deg", "µ": "u", "·": " "}
 _RATES: Final = {"velocity": "/s", "rate": "/s", "acceleration": "/s^2"}
@@ -32,13 +32,13 @@ def in_si_units(path: Path, columns: Columns, robot: Robot) -> Columns:
     """
     converted: Columns = {}
     for head, values in columns.items():
-        match = _NAME.fullmatch(head)
+        match = WITH_UNIT.fullmatch(head)
         name = match[1] if match else head
         expected = _unit_of(name, robot)
         if match is None or not expected or head in robot.coordinates:
             name = head
         else:
-            values = values * _factor(path, head, match[2], expected)  # noqa: PLW2901
+            values = values * unit_factor(path, head, match[2], expected)  # noqa: PLW2901
         if name in converted:
             raise BagError(f"{path}: two columns are called {name}")
         converted[name] = values
@@ -62,7 +62,7 @@ def _unit_of(name: str, robot: Robot) -> str:
     return ""
 
 
-def _factor(path: Path, head: str, unit: str, expected: str) -> float:
+def unit_factor(path: Path, head: str, unit: str, expected: str) -> float:
     """The factor from a unit to SI; raises BagError."""
     try:
         return evaluate(_term(unit), {}, names_are="", units=[expected])
