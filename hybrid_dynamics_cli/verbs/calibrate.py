@@ -8,7 +8,13 @@ from typing import Any, Final
 
 import click
 
-from hybrid_dynamics_core.calibration import Calibration, calibrate, new_text
+from hybrid_dynamics_core.calibration import (
+    Calibration,
+    PoseChoice,
+    calibrate,
+    choose_poses,
+    new_text,
+)
 from hybrid_dynamics_core.calibration.outlying import LOSSES, Loss
 from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.formats.output_files import write_files
@@ -69,6 +75,20 @@ Examples:
     show_default=True,
     help="Leave outliers out, give them less weight, or trust all.",
 )
+@click.option(
+    "--candidates",
+    type=PATH,
+    metavar="FILE",
+    help="Poses that could be measured next: a CSV file with the active coordinates.",
+)
+@click.option(
+    "--choose",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    metavar="N",
+    help="Number of candidates to choose.",
+)
 @output_option(help="Write the robot with the estimates to this file.")
 @overwrite_option
 @json_option
@@ -78,6 +98,8 @@ def command(
     free: tuple[str, ...],
     sigma: tuple[str, ...],
     loss: Loss,
+    candidates: Path | None,
+    choose: int,
     output: str | None,
     overwrite: bool,
     as_json: bool,
@@ -87,6 +109,10 @@ def command(
     result = calibrate(robot, data, ",".join(free), sigma_of(sigma), loss)
     report = facts(result)
     text = text_of(result)
+    if candidates is not None:
+        choice = further(result, robot, candidates, choose)
+        report["further"] = {"lines": list(choice.lines), "deviations": choice.deviations}
+        text += f"\n\n{text_of_choice(choice, candidates)}"
     if place is not None:
         text += f"\n\n{written(place, 'the robot with the estimates')}"
         report["written"] = str(place)
@@ -131,6 +157,23 @@ def units_of(term: str) -> list[str]:
             continue
         fitting.append(unit)
     return fitting
+
+
+def further(result: Calibration, robot: str, candidates: Path, count: int) -> PoseChoice:
+    """The candidates that add most to a calibration, measured in the same way."""
+    sigma = {name: misfit.sigma for name, misfit in result.misfits.items()}
+    free = list(result.parameters)
+    return choose_poses(robot, candidates, free, count, sigma, result)
+
+
+def text_of_choice(choice: PoseChoice, candidates: Path) -> str:
+    """The chosen poses as text."""
+    lines = ", ".join(str(line) for line in choice.lines)
+    rows: list[list[object]] = []
+    for name, deviation in choice.deviations.items():
+        rows.append([name, f"{choice.before[name]:.2g}", f"{deviation:.2g}"])
+    head = ["deviation of", "now", "with these poses"]
+    return f"measure next, most useful first: lines {lines} of {candidates}\n{table(head, rows)}"
 
 
 def facts(result: Calibration) -> dict[str, Any]:

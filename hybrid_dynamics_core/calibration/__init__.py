@@ -2,6 +2,7 @@
 
 from .adjustable import AdjustableRobot, FreeParameter
 from .calibrate import calibrate
+from .choice import PoseChoice, choose_poses
 from .new_file import new_text
 from .result import Calibration, Estimate, Misfit, OutlyingRow
 from .unseen import Unseen
@@ -13,7 +14,9 @@ __all__ = [
     "FreeParameter",
     "Misfit",
     "OutlyingRow",
+    "PoseChoice",
     "Unseen",
     "calibrate",
+    "choose_poses",
     "new_text",
 ]

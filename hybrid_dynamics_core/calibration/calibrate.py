@@ -126,6 +126,7 @@ class _Results:
             covariance=self.factor**2 * fitted.covariance / np.outer(scales, scales),
             residuals=fitted.predicted.differences,
             components=self._components(),
+            measured=self._measured(),
             unused=self.observations.unused,
             description=machine.adjustable.described(machine.parameters, values.tolist()),
             free=machine.parameters,
@@ -205,6 +206,12 @@ class _Results:
         without_row = np.linalg.solve(shares, fitted.normalised[..., None])[..., 0]
         weights = np.where(fitted.weights > 0.0, fitted.weights, np.nan)
         return np.asarray(without_row * fitted.noise.by_component / weights)
+
+    def _measured(self) -> tuple[str, ...]:
+        columns: list[str] = []
+        for quantity in self.observations.quantities:
+            columns += quantity.columns
+        return tuple(columns)
 
     def _components(self) -> tuple[str, ...]:
         names: list[str] = []

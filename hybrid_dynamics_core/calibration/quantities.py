@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..algebra.rotations import rotation_matrix
+from ..algebra.rotations import quaternion, rotation_matrix
 from ..ground.arrays import Array
 from .machine import PosedRows
 
@@ -51,6 +51,11 @@ class Quantity(ABC):
             measured: the columns (N, columns).
         """
 
+    def predicted(self, posed: PosedRows) -> Array:
+        """The columns (N, columns) that the model predicts."""
+        zeros = np.zeros((len(posed.closed.s), len(self.columns)))
+        return self.difference(posed, zeros)
+
 
 @dataclass(frozen=True)
 class Point(Quantity):
@@ -75,6 +80,11 @@ class Orientation(Quantity):
     def size(self) -> int:
         """A rotation vector."""
         return 3
+
+    def predicted(self, posed: PosedRows) -> Array:
+        """The quaternions (N, 4)."""
+        rotation, _ = posed.frame(self.frame)
+        return quaternion(rotation)
 
     def difference(self, posed: PosedRows, measured: Array) -> Array:
         """The rotation vector from the measured to the predicted orientation (N, 3) [rad]."""

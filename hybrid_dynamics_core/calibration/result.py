@@ -96,6 +96,7 @@ class Calibration:
         covariance: of the parameters (k, k), in the order of `parameters`.
         residuals: model minus measurement (N, c) [m, rad]; NaN where nothing was measured.
         components: name of each column of the residuals.
+        measured: columns of the data that were measured.
         unused: columns of the data that are not used.
         description: the robot with the estimates.
         free: the free parameters.
@@ -111,6 +112,7 @@ class Calibration:
     covariance: Array
     residuals: Array
     components: tuple[str, ...]
+    measured: tuple[str, ...]
     unused: tuple[str, ...]
     description: RobotDescription
     free: tuple[FreeParameter, ...]
