@@ -14,6 +14,7 @@ from ..ground.file_options import PathText
 from .adjustable import AdjustableRobot
 from .data_file import Table, table_of
 from .fit import Fitted, Fitter
+from .loop_choices import with_general_bars
 from .machine import Machine
 from .noise import Sigma, noise_of
 from .observations import WEIGHT, Observations, observe
@@ -116,6 +117,7 @@ class _Results:
         scales = self.fitter.scales
         prior = self.fitter.deviation
         values = fitted.predicted.values
+        described = machine.adjustable.described(machine.parameters, values)
         return Calibration(
             parameters=self._estimates(),
             chi2=fitted.chi2,
@@ -128,7 +130,7 @@ class _Results:
             components=self._components(),
             measured=self._measured(),
             unused=self.observations.unused,
-            description=machine.adjustable.described(machine.parameters, values.tolist()),
+            description=with_general_bars(described, machine.robot),
             free=machine.parameters,
             robot=machine.adjustable,
         )

@@ -35,6 +35,24 @@ def with_numbers(text: str, numbers: Iterable[tuple[KeyPath, float]]) -> str:
     return text
 
 
+def without_entry(text: str, path: KeyPath) -> str:
+    """The text without an entry of a mapping in braces, as `assembly: parallelogram`.
+
+    Raises:
+        NotWritableError: the entry is not in braces.
+    """
+    node = yaml.compose(text, Loader=yaml.SafeLoader)
+    for key in path[:-1]:
+        node = _child(node, key)
+    if not isinstance(node, yaml.MappingNode) or not node.flow_style:
+        raise NotWritableError
+    for name, value in node.value:
+        if name.value == path[-1]:
+            before = text[: name.start_mark.index].rstrip().removesuffix(",")
+            return before + text[value.end_mark.index :]
+    raise NotWritableError
+
+
 def written_number(value: float) -> str:
     """A number with twelve digits."""
     return f"{value:.{DIGITS}g}"

@@ -12,7 +12,6 @@ from ..algebra.independence import independent_rows
 from ..algebra.transform import IDENTITY, compose
 from ..closure.constraints.equations import LoopEquations
 from ..closure.constraints.from_description import loop_equations
-from ..closure.printed_numbers import snapped
 from ..description.geometry import Transform, rotation_from_rpy
 from ..description.model import Frame, RobotDescription
 from ..errors import InputError
@@ -22,6 +21,7 @@ from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.joint_transform import joint_transforms, poses_in_base
 from ..mechanism.tree import Tree, build_tree, frame_offset
 from .adjustable import AdjustableRobot, FreeParameter
+from .loop_choices import LoopChoices
 
 CLOSED = 1e-10  # largest gap of closed loops, in lengths of the loop or rad
 SETTLED = 1e-13  # largest step [m or rad] of an iteration that has converged
@@ -164,6 +164,7 @@ class Machine:
         self.start = np.array([parameter.start for parameter in parameters])
         self.robot = adjustable.robot
         self._nominal = self.robot.description
+        self._choices = LoopChoices(adjustable, self.parameters, self._nominal)
 
     def geometry(self, values: Array) -> Geometry:
         """The geometry for values (k,) of the parameters.
@@ -172,7 +173,7 @@ class Machine:
             DescriptionError: a value is impossible.
         """
         description = self.adjustable.described(self.parameters, values.tolist())
-        description = snapped(self._as_nominal(description))
+        description = self._choices.applied(self._as_nominal(description))
         tree = build_tree(description)
         loops = loop_equations(tree, description, frozenset())
         frames = {**{name: Frame(name) for name in description.links}, **description.frames}

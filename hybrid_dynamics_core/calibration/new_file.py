@@ -8,13 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
+from ..description.document import KeyPath
 from ..description.model import RobotDescription
 from ..errors import HybridDynamicsError
 from ..formats.reader import parse_description
 from ..formats.yaml.writer import to_yaml
 from ..ground.file_options import options_of
 from ..library import shipped_robots
-from .file_text import NotWritableError, with_numbers
+from ..robot.model import RobotModel
+from .file_text import NotWritableError, with_numbers, without_entry
+from .loop_choices import broken_parallelograms, with_general_bars
 from .result import Calibration
 
 SAME = 1e-10  # [m, or of unit vectors] difference of two texts of one robot
@@ -36,7 +39,8 @@ def new_text(calibration: Calibration, folder: str | Path | None = None) -> str:
     header = "".join(f"# {line}\n" for line in changes(calibration))
     if text is None:
         robot = calibration.robot.with_visuals(calibration.free, calibration.values)
-        return f"{header}{to_yaml(robot, folder)}"
+        general = with_general_bars(robot, calibration.robot.robot)
+        return f"{header}{to_yaml(general, folder)}"
     if text.lstrip("\ufeff \t\r\n").startswith("{"):
         return text  # JSON has no comments
     return f"{header}{text}"
@@ -55,6 +59,8 @@ def changes(calibration: Calibration) -> Iterator[str]:
         elif parameter.place in OUTSIDE:
             doubt = "; it has no place in this file"
         yield f"{parameter.name}: {one.value:.9g}, was {one.start:.9g}, {change}{doubt}"
+    for loop in _broken(calibration):
+        yield f"{loop}: no parallelogram any more; it is closed as a four-bar near the reference"
 
 
 def _edited(calibration: Calibration) -> str | None:
@@ -69,10 +75,26 @@ def _edited(calibration: Calibration) -> str | None:
     document = calibration.robot.written.document
     try:
         edited = with_numbers(text, numbers)
+        for loop in _broken(calibration):
+            edited = without_entry(edited, (*_section_of(loop, calibration), "assembly"))
         read = parse_description(edited, document.file, document.options)
+        RobotModel.from_description(read)
     except (NotWritableError, HybridDynamicsError):
         return None
     return edited if _same_geometry(read, calibration.description) else None
+
+
+def _broken(calibration: Calibration) -> list[str]:
+    """Loops that the file declares parallelograms, and that are none with the estimates."""
+    robot = calibration.robot.with_visuals(calibration.free, calibration.values)
+    return list(broken_parallelograms(robot))
+
+
+def _section_of(loop: str, calibration: Calibration) -> KeyPath:
+    """The path of a loop or closure in the file."""
+    _, after = calibration.robot.written.expanded
+    written, _ = after.as_written(("closures", loop))
+    return written
 
 
 def _source(calibration: Calibration) -> str | None:

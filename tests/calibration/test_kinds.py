@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.calibration import calibrate
+from hybrid_dynamics_core import load
+from hybrid_dynamics_core.calibration import calibrate, new_text
+from hybrid_dynamics_core.robot.robot import Robot
+from tests.cli.calling import shipped_text
 
 from .crank import changed, columns, poses, write
 
@@ -173,3 +176,32 @@ def test_noise_that_is_not_given_is_estimated(tmp_path):
     result = calibrate(write(tmp_path), data, "reach, joints.turn.offset")
     assert result.misfits["tool"].sigma == pytest.approx(NOISE, rel=0.15)
     assert result.chi2 == pytest.approx(1.0, abs=0.01)
+
+
+LOOSE = ("level_1", "pin: {bar_1: [L2, 0, 0]", "pin: {bar_1: [1.1015, 0, 0]")
+
+
+def test_a_bar_of_a_parallelogram_may_be_longer_than_the_other(tmp_path):
+    text = shipped_text("palletizer")
+    loop, old, new = LOOSE
+    before, name, after = text.partition(f"  {loop}:")
+    assert old in after
+    true_text = before + name + after.replace(old, new, 1)
+    line = next(part for part in true_text.splitlines() if new in part)
+    true_text = true_text.replace(line, line.replace(", assembly: parallelogram", ""))
+    path = tmp_path / "true.yaml"
+    path.write_text(true_text, encoding="utf-8")
+    true = load(str(path))
+    low, high = np.array([[-1.0, 1.0, -0.6, -1.0], [1.0, 1.8, 0.2, 1.0]])
+    u = np.random.default_rng(3).uniform(low, high, (30, 4))
+    position = true.forward_kinematics(true.close(u)).position
+    data = dict(zip(true.active, u.T, strict=True))
+    data |= dict(zip(("tool.x", "tool.y", "tool.z"), position.T, strict=True))
+    result = calibrate("palletizer", data, "loops.level_1.pin.bar_1[0], L3", sigma=NOISE)
+    values = [one.value for one in result.parameters.values()]
+    assert values == pytest.approx([1.1015, 1.2], abs=1e-7)
+    new_path = tmp_path / "new.yaml"
+    new_path.write_text(new_text(result), encoding="utf-8")
+    for robot in (load(str(new_path)), Robot(result.description)):
+        place = robot.forward_kinematics(robot.close(u)).position
+        assert np.abs(place - position).max() < 1e-6
