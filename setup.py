@@ -126,6 +126,7 @@ setup(
             "templates/*.yaml",
             "description/*.json",
             "formats/fmu/sources/*",
+            "formats/ros2_control/sources/*",
         ],
         "hybrid_dynamics_ros.interfaces": ["*.msg"],
         "hybrid_dynamics_ros": ["py.typed", "demo/play/*.xml", "recordings/*/*"],

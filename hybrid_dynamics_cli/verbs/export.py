@@ -14,6 +14,7 @@ from hybrid_dynamics_core.export import (
     to_fmu,
     to_gepetto,
     to_mjcf,
+    to_ros2_control,
     to_sdf,
     to_urdf,
     to_urdf_plus,
@@ -30,12 +31,13 @@ from ..parameters import loaded, robot_argument
 from ..writing import output_option, output_path
 
 PAIR = "robot.yaml"
-C, FMU = "c", "fmu"
+C, FMU, ROS2_CONTROL = "c", "fmu", "ros2_control"
 OPTIONS = {  # by name: formats that it belongs to
-    "programs": (C, FMU),
+    "programs": (C, FMU, ROS2_CONTROL),
     "real": (C,),
     "loads": (C, FMU),
     "fmi": (FMU,),
+    "joints": (ROS2_CONTROL,),
 }
 FORMS: dict[str, Callable[[Robot, Path | None], str]] = {  # (robot, folder of the file) -> text
     "urdf": lambda robot, folder: to_urdf(robot.description, folder),
@@ -63,6 +65,7 @@ Examples:
   hybrid-dynamics export ankle --format c -o ankle_f --real float
   hybrid-dynamics export excavator --format fmu -o excavator.fmu
   hybrid-dynamics export excavator --format fmu -o units --fmi 2.0
+  hybrid-dynamics export excavator --format ros2_control -o control
   hybrid-dynamics export my_robot.yaml | check_urdf /dev/stdin
 """
 
@@ -72,12 +75,14 @@ Examples:
 @click.option(
     "--format",
     "form",
-    type=click.Choice([*FORMS, PAIR, C, FMU]),
+    type=click.Choice([*FORMS, PAIR, C, FMU, ROS2_CONTROL]),
     default="urdf",
     show_default=True,
     help="Format of the file.",
 )
-@output_option(help="Write to this file, c and units to this folder; else to the terminal.")
+@output_option(
+    help="Write to this file; c, units and packages to this folder; else to the terminal."
+)
 @click.option(
     "--overwrite",
     is_flag=True,
@@ -87,13 +92,19 @@ Examples:
     "--programs",
     metavar="NAMES",
     help="Of c: functions, such as close,reactions; else closure, kinematics and dynamics. Of fmu:"
-    " forward_dynamics (efforts in, motion out), inverse_dynamics, or both.",
+    " forward_dynamics (efforts in, motion out), inverse_dynamics, or both. Of ros2_control: the"
+    " plugins transmission, feed_forward, or both.",
 )
 @click.option("--real", type=click.Choice(REALS), help="Of c: type of the numbers; double.")
 @click.option(
     "--loads",
     type=click.Choice(LOADS),
     help="Of c and fmu: loads compiled in, or payload and friction as arguments.",
+)
+@click.option(
+    "--joints",
+    metavar="NAMES",
+    help="Of ros2_control: the joint side, such as boom,stick; else joints up to the end effector.",
 )
 @click.option("--fmi", type=click.Choice(VERSIONS), help=f"Of fmu: version of FMI; {FMI3}.")
 def command(
@@ -110,7 +121,8 @@ def command(
     MuJoCo. sdf: SDFormat, for Gazebo. yaml: a description file, as `import` writes it. All these
     can be read back; from urdf comes the tree, with every joint driven. c: closure, kinematics and
     dynamics in C99, a folder with build files. fmu: units for Simulink and other simulators, with
-    sources, and a binary if there is a C compiler; a FILE.fmu, or a folder of them.
+    sources, and a binary if there is a C compiler; a FILE.fmu, or a folder of them. ros2_control: a
+    package with a transmission between drives and joints, and a feed-forward controller.
     """
     _check_options(form, choices)
     if form == C:
@@ -118,6 +130,9 @@ def command(
         return
     if form == FMU:
         _write_fmu(robot, output, overwrite, choices)
+        return
+    if form == ROS2_CONTROL:
+        _write_package(robot, output, overwrite, choices)
         return
     machine = loaded(robot)
     if form == PAIR:
@@ -149,13 +164,13 @@ def _check_options(form: str, choices: Mapping[str, str | None]) -> None:
 
 
 def _given(choices: Mapping[str, str | None]) -> dict[str, Any]:
-    """Options that are given; programs as a list of names."""
+    """Options that are given; programs and joints as lists of names."""
     options: dict[str, Any] = {}
     for name, value in choices.items():
         if value is None:
             continue
         options[name] = value
-        if name == "programs":
+        if name in ("programs", "joints"):
             names = [part.strip() for part in value.split(",")]
             options[name] = [part for part in names if part]
     return options
@@ -198,6 +213,23 @@ def _write_fmu(
         click.echo(written(path, f"FMI {version}, co-simulation and model exchange"))
         if unit.without_binary:
             click.echo(f"{path}: sources only, without a binary: {unit.without_binary}", err=True)
+
+
+def _write_package(
+    robot: str, output: str | None, overwrite: bool, choices: Mapping[str, str | None]
+) -> None:
+    """Write a package of ros2_control.
+
+    Raises:
+        click.UsageError: the folder is not named.
+    """
+    if output is None:
+        raise click.UsageError("ros2_control is a package; say where with --output FOLDER")
+    options = _given(choices)
+    texts = to_ros2_control(loaded(robot), options.get("programs"), joints=options.get("joints"))
+    write_folder(texts, Path(output), overwrite)
+    for name in texts:
+        click.echo(written(Path(output) / name))
 
 
 def _write_c(
