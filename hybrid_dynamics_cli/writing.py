@@ -31,7 +31,11 @@ MARKS: Final = {  # by suffix: text that marks files of this command
     ".md": b"The forging robot: CPU time, median of",
 }
 # Text in the first line of every table of this command.
-HEADS: Final = (b"energy.kinetic,energy.potential", b"name,estimate,low,high,")
+HEADS: Final = (
+    b"energy.kinetic,energy.potential",
+    b"name,estimate,low,high,",
+    b".deviation",  # of estimated states
+)
 
 overwrite_option = click.option(
     "--overwrite", is_flag=True, help="Replace any file, but none that this call reads."

@@ -46,7 +46,7 @@ PATH = (
     (0.0, 0.35, 0.75, 0.45),
 )
 TRAVEL = 0.05  # [rad, m] by which stops differ from cycle to cycle
-ACCELERATIONS = (0.35, 0.12, 0.16, 0.2)  # [rad/s^2, m/s^2] deviations that the filter expects
+ACCELERATIONS = (0.4, 0.12, 0.12, 0.13)  # [rad/s^2, m/s^2] deviations that the filter expects
 CORRELATION = 0.5  # [s]
 EVERY = 0.5  # [s] between the samples that are compared
 SETTLED = 1.0  # [s] at rest before them

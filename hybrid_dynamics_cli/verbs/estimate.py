@@ -9,7 +9,6 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.estimation import SensorError
 from hybrid_dynamics_core.filtering import (
     SensorSet,
@@ -21,10 +20,10 @@ from hybrid_dynamics_core.filtering import (
 from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
-from ..bags.common import LOST, PATH, robot_option, span_of, span_options, tell_losses
+from ..bags.common import LOST, PATH, robot_option, span_of, span_options, tell_losses, topic_option
 from ..output import show, table, written
 from ..parameters import json_option, loaded
-from ..writing import place_for, read_by
+from ..writing import overwrite_option, place_for, read_by
 from .bag import missing
 
 if TYPE_CHECKING:
@@ -35,8 +34,8 @@ HELP: Final = """\
 The joint states that the sensors of a machine show: all coordinates and rates at each stamp, with
 their deviations.
 
-DATA is a CSV file with the column time and columns of sensors. FILE is a YAML file with the
-sensors: kinds, places, noise.
+DATA is a CSV file with the column time and columns of sensors, or a bag with sensor_msgs/Imu and
+joint states. FILE is a YAML file with the sensors: kinds, places, noise, topics.
 
 Columns are NAME.gyro.x, NAME.gyro.y and NAME.gyro.z [rad/s] and NAME.accelerometer.x, ... [m/s^2]
 of an IMU, and NAME of an inclinometer, encoder or stroke sensor [rad, m]. An empty cell is no
@@ -62,7 +61,8 @@ what it cannot have measured, as degrees for radians, or g for m/s^2.
     "--sensors", type=PATH, required=True, metavar="FILE", help="YAML file with the sensors."
 )
 @click.option("-o", "--output", metavar="OUT.csv", help="CSV file for the states.")
-@click.option("--overwrite", is_flag=True, help="Replace a file that this command did not write.")
+@overwrite_option
+@topic_option
 @span_options
 @json_option
 @click.pass_context
@@ -73,6 +73,7 @@ def command(
     sensors: Path,
     output: str | None,
     overwrite: bool,
+    topic: str | None,
     start: float,
     end: float,
     as_json: bool,
@@ -85,7 +86,7 @@ def command(
     place = None
     if output is not None:
         place = place_for(output, [".csv"], inputs, overwrite=overwrite)
-    measured = _readings(data, carried).within(*span)
+    measured = _readings(data, carried, topic).within(*span)
     try:
         track = estimate_states(machine, carried.sensors, measured.readings, carried.motion)
     except SensorError as error:
@@ -105,16 +106,20 @@ def command(
         context.exit(LOST)
 
 
-def _readings(path: Path, carried: SensorSet) -> SensorData:
+def _readings(path: Path, carried: SensorSet, topic: str | None) -> SensorData:
     """Raw readings of a bag or file."""
     try:
+        if classify_path(path).kind in BAGS:
+            from hybrid_dynamics_ros.bags.analysis.sensor_bag import (  # noqa: PLC0415 - an extra
+                read_sensor_bag,
+            )
+
+            return read_sensor_bag(path, carried.sensors, topic)
         from hybrid_dynamics_ros.bags.analysis.sensor_table import (  # noqa: PLC0415 - an extra
             read_sensor_table,
         )
     except ModuleNotFoundError as error:
         raise missing(error) from error
-    if classify_path(path).kind in BAGS:
-        raise InputError(f"{path}: is a bag; expected a CSV file")
     return read_sensor_table(path, carried.sensors)
 
 

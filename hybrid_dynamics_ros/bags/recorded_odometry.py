@@ -29,7 +29,7 @@ class RecordedOdometry:
             BagError: the bag has no odometry on the topic.
         """
         self._odometry = odometry
-        topic = _resolved(odometry.topic)
+        topic = resolved(odometry.topic)
         listed = source.topics.get(topic)
         if listed is None or listed.kind != ODOMETRY:
             has = [entry.name for entry in source.topics.values() if entry.kind == ODOMETRY]
@@ -64,7 +64,7 @@ class RecordedOdometry:
         self._odometry.newest = self._newest[place]
 
 
-def _resolved(topic: str) -> str:
+def resolved(topic: str) -> str:
     """The resolved name of a topic of the node."""
     if topic.startswith("~/"):
         return f"{NODE}/{topic[2:]}"

@@ -19,6 +19,9 @@ from hybrid_dynamics_core.filtering import (
     sensors_from_text,
 )
 from hybrid_dynamics_core.filtering.track import column_names
+from hybrid_dynamics_ros.messages.imu import IMU
+from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
+from tests.bags.test_odometry import write
 from tests.cli.calling import call
 from tests.sampling import swept
 
@@ -166,6 +169,75 @@ def test_without_an_encoder_slewing_is_not_determined():
     del columns["slew"]
     with pytest.raises(ObservabilityError, match="do not determine slew: rank 7 of 8"):
         estimated(columns)
+
+
+FILE_OF_TOPICS = """
+sensors:
+  slew: {kind: encoder, joint: slew, noise: 0.001}
+  boom_pitch: {kind: encoder, joint: boom_pitch, noise: 0.001}
+  stick: {kind: imu, frame: stick, gyro: {noise: 0.002}, accelerometer: {noise: 0.02}}
+  bucket:
+    {kind: imu, frame: bucket, gyro: {noise: 0.002}, accelerometer: {noise: 0.02}, topic: /bucket}
+"""
+
+
+def bag_entries(columns):
+    """Messages of readings: topic, type, log time, data."""
+    types = typestore().types
+    vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    time = columns["slew"][0]
+    entries = []
+    for k, stamp in enumerate((1e9 * (time + 7.0)).round().astype(int).tolist()):
+        sec, nanosec = divmod(stamp, 10**9)
+        header = types["std_msgs/msg/Header"](
+            types["builtin_interfaces/msg/Time"](sec, nanosec), ""
+        )
+        for link, topic in (("stick", "/hybrid_dynamics/imu/stick"), ("bucket", "/bucket")):
+            rate, force = (
+                vector(*columns[f"{link}.{part}"][1][k]) for part in ("gyro", "accelerometer")
+            )
+            turn, unset = quaternion(0.0, 0.0, 0.0, 1.0), np.zeros(9)
+            message = types[IMU](header, turn, unset, rate, unset, force, unset)
+            entries.append((topic, IMU, stamp, typestore().serialize_cdr(message, IMU)))
+        names = ["boom_pitch", "gripper", "slew"]
+        place = np.array([columns["boom_pitch"][1][k, 0], 9.0, columns["slew"][1][k, 0]])
+        none = np.zeros(0)
+        message = types[JOINT_STATE](header, names, place, none, none)
+        data = typestore().serialize_cdr(message, JOINT_STATE)
+        entries.append(("/joint_states", JOINT_STATE, stamp, data))
+    return entries
+
+
+def test_a_bag_and_its_table_give_the_same_states(tmp_path):
+    robot = excavator()
+    given = sensors_from_text(FILE_OF_TOPICS, robot)
+    time = 0.05 * np.arange(12)
+    state = robot.close(robot.reference + np.array([0.2, 0.1, 0.1, 0.1]))
+    rng = np.random.default_rng(1)
+    columns = {}
+    for sensor in given.sensors:
+        exact = sensor.observe(state, np.zeros(4)).readings
+        noise = sensor.quality.noise * rng.normal(size=(len(time), sensor.channels))
+        columns[sensor.name] = (time, exact + noise)
+    recording = write(tmp_path / "bag", bag_entries(columns))
+    (tmp_path / "sensors.yaml").write_text(FILE_OF_TOPICS, encoding="utf-8")
+    heads = ["time"] + [name for sensor in given.sensors for name in column_names(sensor)]
+    table = np.concatenate([time[:, None], *(values for _, values in columns.values())], axis=1)
+    np.savetxt(tmp_path / "data.csv", table, delimiter=",", header=",".join(heads), comments="")
+    results = []
+    for data in (recording, tmp_path / "data.csv"):
+        words = ("estimate", str(data), "--robot", "excavator", "-o", str(tmp_path / "out.csv"))
+        answer = call(*words, "--sensors", str(tmp_path / "sensors.yaml"))
+        assert answer.exit_code == 0, answer.output
+        results.append(np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1))
+    assert np.allclose(*results, rtol=0.0, atol=1e-9)
+    text = FILE_OF_TOPICS.replace("/bucket}", "/bukket}")
+    (tmp_path / "sensors.yaml").write_text(text, encoding="utf-8")
+    answer = call(
+        "estimate", str(recording), *words[2:4], "--sensors", str(tmp_path / "sensors.yaml")
+    )
+    assert answer.exit_code == 1
+    assert "no sensor_msgs/msg/Imu on /bukket for bucket.gyro" in answer.output
 
 
 @pytest.fixture
