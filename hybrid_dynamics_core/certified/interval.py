@@ -14,6 +14,7 @@ from .rounding import down, up
 
 _LIBRARY = 2.0**-50  # [1] largest error of a sine or cosine: four units in the last place
 _NEAR = 1e-9  # [turns] this near to an extreme value, an interval of angles counts as holding it
+_HALF_TURN = float(up(np.asarray(np.pi)))  # [rad]
 _UNBOUNDED = 1e15  # [rad] angles whose sines have no digits
 
 
@@ -130,6 +131,15 @@ class Interval:
         ends = np.stack([np.abs(self.lower), np.abs(self.upper)])
         least = np.where(self.holds_zero(), 0.0, ends.min(axis=0))
         return Interval(least, ends.max(axis=0))
+
+    def rint(self) -> Interval:
+        """Nearest integers."""
+        return Interval(np.rint(self.lower), np.rint(self.upper))
+
+    def atan2(self, x: Interval) -> Interval:
+        """Angles of vectors (x, self); all angles, since nothing here needs them closer."""
+        zero = 0.0 * (self.lower + x.lower)
+        return Interval(zero - _HALF_TURN, zero + _HALF_TURN)
 
     def cos(self) -> Interval:
         """Cosine."""

@@ -25,6 +25,7 @@ from .kernel_store import KernelStore
 from .kinematics import Kinematics
 from .model import RobotModel
 from .parameters import FreeParameters, with_parameters
+from .proofs import Certification
 
 if TYPE_CHECKING:
     from .frameworks.casadi_calls import CasadiCalls
@@ -50,6 +51,7 @@ class Robot:
         self._actuation = Actuation(self._model, self._closure)
         self._joint_poses = JointPoses(self._model, self._closure)
         self._parameters = FreeParameters(self._model, self._closure)
+        self._certification = Certification(self._model, self._closure)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
         """Pickle and copy by the description."""
@@ -191,6 +193,7 @@ class Robot:
     close_given = delegate("_closure", Closure.close_given)
     follow_turns = delegate("_closure", Closure.follow_turns)
     assembly_modes = delegate("_closure", Closure.assembly_modes)
+    certify = delegate("_certification", Certification.certify)
     owns = delegate("_closure", Closure.owns)
 
     @property

@@ -78,6 +78,7 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         ),
         "follow_turns": (m.follow_turns, {**on_state, "before": state.s}),
         "assembly_modes": (m.assembly_modes, {"u": m.reference}),
+        "certify": (m.certify, {**with_ddu, "radius": 1e-3}),
         "forward_kinematics": (m.forward_kinematics, {**on_state, "frame": None}),
         "jacobian": (m.jacobian, {**on_state, "frame": None}),
         "accelerations": (m.accelerations, with_ddu),
