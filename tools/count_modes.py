@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hybrid_dynamics_core.certified.complex_ball import Ball
-from hybrid_dynamics_core.certified.planar_poses import PlanarLegs, planar_poses
+from hybrid_dynamics_core.certified.planar.planar_poses import PlanarLegs, planar_poses
 from tests.certified.geometries import random_legs, random_planar_legs, solved
 from tests.hard_cases.multistart import platform_poses
 

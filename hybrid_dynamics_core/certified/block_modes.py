@@ -12,10 +12,10 @@ from ..ground.arrays import Array
 from ..ground.wording import counted
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
-from .leg_platform import CLEAR, LegPlatform, leg_platform
-from .planar_platform import PlanarPlatform, planar_platform
-from .planar_poses import planar_poses
-from .platform import platform_poses
+from .planar.planar_platform import PlanarPlatform, planar_platform
+from .planar.planar_poses import planar_poses
+from .platforms.leg_platform import CLEAR, LegPlatform, leg_platform
+from .platforms.platform import platform_poses
 
 
 class BlockModes(NamedTuple):

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..ground.arrays import Array
+from .platforms.study import Complex
 from .rounding import TINY
-from .study import Complex
 
 ROUNDING = 2.0**-50  # share of a sum or product of two complex numbers that rounding can change
 

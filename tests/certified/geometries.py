@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from hybrid_dynamics_core.certified.interval import Interval
-from hybrid_dynamics_core.certified.platform import LegIntervals, PlatformPoses, platform_poses
+from hybrid_dynamics_core.certified.platforms.platform import (
+    LegIntervals,
+    PlatformPoses,
+    platform_poses,
+)
 from tests.generated.assembly import turn, unit
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import InputError, Robot, shipped_robots
-from hybrid_dynamics_core.certified.interval_matrix import IntervalMatrix
+from hybrid_dynamics_core.certified.boxes.interval_matrix import IntervalMatrix
 from tests.robots import REACH, robot
 from tests.sampling import SHIPPED_SAMPLE, examples, swept
 

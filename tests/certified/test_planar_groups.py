@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core.certified.complex_ball import Ball, Polynomial
-from hybrid_dynamics_core.certified.planar_poses import PlanarLegs, PlanarPoses, planar_poses
-from hybrid_dynamics_core.certified.roots import discs
+from hybrid_dynamics_core.certified.planar.planar_poses import PlanarLegs, PlanarPoses, planar_poses
+from hybrid_dynamics_core.certified.planar.roots import discs
 from tests.certified.geometries import random_planar_legs
 from tests.hard_cases.linkages import robot as linkage
 from tests.sampling import examples, swept

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.certified import platform as solver
-from hybrid_dynamics_core.certified.certificates import System, certify
-from hybrid_dynamics_core.certified.start_system import most_poses, start_system
-from hybrid_dynamics_core.certified.study import Legs, quadrics
+from hybrid_dynamics_core.certified.platforms import platform as solver
+from hybrid_dynamics_core.certified.platforms.certificates import System, certify
+from hybrid_dynamics_core.certified.platforms.start_system import most_poses, start_system
+from hybrid_dynamics_core.certified.platforms.study import Legs, quadrics
 from tests.certified.geometries import random_legs, random_turn, solved
 from tests.hard_cases.multistart import platform_poses
 from tests.sampling import swept

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import programs
-from ...certified.certificate import Certificate
-from ...certified.closed_box import Cells, LoopGraph, alone_within, closed_boxes
-from ...certified.enclosed_program import EnclosedProgram
+from ...certified.boxes.certificate import Certificate
+from ...certified.boxes.closed_box import Cells, LoopGraph, alone_within, closed_boxes
+from ...certified.boxes.enclosed_program import EnclosedProgram
 from ...certified.interval import Interval
 from ...certified.rounding import down, up
 from ...closed_state.state import ClosedState

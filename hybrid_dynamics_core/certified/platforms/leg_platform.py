@@ -12,18 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..algebra.vector import ZERO3, dot, sub
-from ..closure.blocks.block_solver import BlockSolver
-from ..closure.blocks.leg_blocks import BallJointBlock
-from ..closure.blocks.three_spheres import slides_only
-from ..closure.constraints.ball_cut import Ball, Orientation, find_ball
-from ..closure.constraints.equations import loops_of
-from ..closure.constraints.leg import Distance
-from ..closure.constraints.spatial import Chain
-from ..ground.arrays import Array
-from ..mechanism.configuration import Configuration
-from ..mechanism.tree import Tree, rows
-from .enclosed import enclosed, joined, stacked
+from ...algebra.vector import ZERO3, dot, sub
+from ...closure.blocks.block_solver import BlockSolver
+from ...closure.blocks.leg_blocks import BallJointBlock
+from ...closure.blocks.three_spheres import slides_only
+from ...closure.constraints.ball_cut import Ball, Orientation, find_ball
+from ...closure.constraints.equations import loops_of
+from ...closure.constraints.leg import Distance
+from ...closure.constraints.spatial import Chain
+from ...ground.arrays import Array
+from ...mechanism.configuration import Configuration
+from ...mechanism.tree import Tree, rows
+from ..enclosed import enclosed, joined, stacked
 from .hinge_leg import HingeLeg, hinge_legs
 from .platform import LegIntervals
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ground.arrays import Array
+from ...ground.arrays import Array
 
 Complex = NDArray[np.complex128]
 SIZE = 8  # homogeneous coordinates

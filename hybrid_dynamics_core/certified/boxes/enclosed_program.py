@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 
-from ..algebra.scalar import Scalar, Scalars
-from ..closure.blocks.block_solver import BlockSolver
-from ..ground.arrays import Array
-from ..kernels.graph import Graph
-from ..mechanism.configuration import Configuration
-from ..mechanism.tree import Tree
-from ..programs import Inputs, Model, Program
+from ...algebra.scalar import Scalar, Scalars
+from ...closure.blocks.block_solver import BlockSolver
+from ...ground.arrays import Array
+from ...kernels.graph import Graph
+from ...mechanism.configuration import Configuration
+from ...mechanism.tree import Tree
+from ...programs import Inputs, Model, Program
+from ..interval import Interval
 from .graph_values import GraphValues
-from .interval import Interval
 
 CONFIGURATION, RATES, ACCELERATIONS = range(3)  # vectors of inputs
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ground.arrays import Array
+from ...ground.arrays import Array
 from .study import QUADRICS, SIZE, Complex, Legs, quadrics
 
 FIRST_STEP = 0.05  # share of the way

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..algebra.scalar import Scalar
-from ..algebra.vector import Vector, add, cross, dot, scale, sub
-from ..closure.constraints.equations import LoopEquations
-from ..closure.constraints.spatial import Chain, ChainJoint, SpatialClosure
-from ..mechanism.configuration import Configuration
-from ..mechanism.tree import Body
+from ...algebra.scalar import Scalar
+from ...algebra.vector import Vector, add, cross, dot, scale, sub
+from ...closure.constraints.equations import LoopEquations
+from ...closure.constraints.spatial import Chain, ChainJoint, SpatialClosure
+from ...mechanism.configuration import Configuration
+from ...mechanism.tree import Body
 
 APART = (0.5, -0.5)  # [m] places of the two points on the axis
 

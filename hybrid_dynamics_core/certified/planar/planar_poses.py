@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .complex_ball import Ball, Polynomial
+from ..complex_ball import Ball, Polynomial
+from ..platforms.study import Complex
 from .roots import discs, on_unit_circle
-from .study import Complex
 
 DEGREE = 6
 

@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..algebra.vector import Vector, dot, sub
-from ..closure.blocks.block_solver import BlockSolver
-from ..closure.constraints.equations import loops_of
-from ..closure.constraints.planar import PlanarJoint, PlanarPin, planar_chain
-from ..ground.arrays import Array
-from ..mechanism.configuration import Configuration
-from ..mechanism.tree import Tree
-from .enclosed import enclosed, in_plane, on_axis
+from ...algebra.vector import Vector, dot, sub
+from ...closure.blocks.block_solver import BlockSolver
+from ...closure.constraints.equations import loops_of
+from ...closure.constraints.planar import PlanarJoint, PlanarPin, planar_chain
+from ...ground.arrays import Array
+from ...mechanism.configuration import Configuration
+from ...mechanism.tree import Tree
+from ..enclosed import enclosed, in_plane, on_axis
 from .planar_poses import PlanarLegs
 
 LEGS = 3

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..ground.arrays import Array
-from ..ground.wording import counted, singular_or_plural
+from ...ground.arrays import Array
+from ...ground.wording import counted, singular_or_plural
+from ..interval import Interval
+from ..rounding import bound
 from .certificates import Balls, System, all_distinct, certify, chosen, decided, finite
-from .interval import Interval
 from .paths import PathTracker, polished
-from .rounding import bound
 from .start_system import StartSystem, distinct, most_poses, start_system
 from .study import QUADRICS, SIZE, Complex, Legs, pose, quadrics
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..ground.arrays import Array
-from .interval import Interval
-from .rounding import SHARE, bound
+from ...ground.arrays import Array
+from ..interval import Interval
+from ..rounding import SHARE, bound
 
 
 class IntervalMatrix(NamedTuple):

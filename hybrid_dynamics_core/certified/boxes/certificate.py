@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..ground.arrays import Array
+from ...ground.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ground.arrays import Array
-from .rounding import SHARE, bound
+from ...ground.arrays import Array
+from ..rounding import SHARE, bound
 from .study import SIZE, Complex
 
 Flags = NDArray[np.bool_]

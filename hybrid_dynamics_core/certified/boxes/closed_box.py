@@ -18,17 +18,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebra.scalar import Scalar
-from ..closure.constraints.equations import loops_of
-from ..ground.arrays import Array
-from ..kernels.differentiate import jacobian
-from ..kernels.graph import Graph
-from ..mechanism.configuration import given_configuration
-from ..programs import Model
+from ...algebra.scalar import Scalar
+from ...closure.constraints.equations import loops_of
+from ...ground.arrays import Array
+from ...kernels.differentiate import jacobian
+from ...kernels.graph import Graph
+from ...mechanism.configuration import given_configuration
+from ...programs import Model
+from ..interval import Interval
+from ..rounding import SHARE, bound, down, up
 from .graph_values import GraphValues, columns
-from .interval import Interval
 from .interval_matrix import IntervalMatrix
-from .rounding import SHARE, bound, down, up
 
 ATTEMPTS = 12
 INFLATED = 1.5  # the box grows by this factor of what it would need

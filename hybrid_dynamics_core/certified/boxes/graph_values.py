@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ..ground.arrays import Array
-from ..kernels.graph import Graph, Operand, Symbol
-from .interval import Interval
+from ...ground.arrays import Array
+from ...kernels.graph import Graph, Operand, Symbol
+from ..interval import Interval
 from .interval_matrix import IntervalMatrix
 
 _UNARY: Mapping[str, Callable[[Interval], Interval]] = {

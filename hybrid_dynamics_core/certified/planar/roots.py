@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ground.arrays import Array
-from .complex_ball import Ball
-from .rounding import SHARE, bound
-from .study import Complex
+from ...ground.arrays import Array
+from ..complex_ball import Ball
+from ..platforms.study import Complex
+from ..rounding import SHARE, bound
 
 POLISHING = 3  # steps of Weierstrass' iteration
 

@@ -1,0 +1,1 @@
+"""Boxes of coordinates and efforts, by interval arithmetic over traced graphs."""

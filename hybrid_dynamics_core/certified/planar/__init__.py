@@ -1,0 +1,1 @@
+"""All poses of planar platforms, by roots of resultants in discs of their own."""

@@ -1,0 +1,1 @@
+"""All poses of platforms in space, by homotopies with certified ends."""
