@@ -26,8 +26,11 @@ from ..ground.file_options import PathText
 from ..library import load
 
 Place = Literal["file", "expanded", "gain", "base"]
+Change = float | list[float]
+OUTSIDE = ("gain", "base")  # places of parameters that no file has
 _PIN = re.compile(r"loops\.(?P<loop>.+)\.pin\.(?P<role>base|arm|k1|k2)(?P<after>$|[.\[].*)")
 _AXIS = re.compile(r"joints\.(?P<joint>.+)\.axis(?:\[(?P<index>[012])\])?")
+_OF_MODULE = re.compile(r"(?P<name>\w+)(?:\[(?P<leg>\d+)\])?")
 _UNIT = re.compile(r"\[(m|rad)\]")
 
 
@@ -97,30 +100,42 @@ class AdjustableRobot:
     def _described(
         self, written: Written, parameters: Iterable[FreeParameter], values: Iterable[float]
     ) -> RobotDescription:
-        changes: dict[KeyPath, float | list[float]] = {}
-        for parameter, value in zip(parameters, values, strict=True):
-            path = parameter.path
-            if parameter.place in ("gain", "base"):
-                continue
-            axis = self._letter(path)
-            if axis is None:
-                changes[path] = float(value)
-                continue
-            vector = changes.setdefault(path[:-1], unit_axis(axis).tolist())
-            if isinstance(vector, list):
-                vector[int(path[-1])] = float(value)
+        changes = self.changes(parameters, values)
         return written.changed(changes).described()
 
-    def _letter(self, path: KeyPath) -> str | None:
-        """The letter of an axis, if a path is of a component of one."""
-        if path[-2:-1] != ("axis",):
-            return None
-        before, after = self.written.expanded
-        for document in (before, after):
-            axis = entry_at(document.data, path[:-1])
-            if axis is not None:
-                return axis if isinstance(axis, str) else None
-        return None
+    def changes(
+        self, parameters: Iterable[FreeParameter], values: Iterable[float]
+    ) -> dict[KeyPath, Change]:
+        """Numbers and lists to set in the file, by path.
+
+        A component of what the file does not give as a list, such as an axis by its letter, sets
+        the list.
+        """
+        changes: dict[KeyPath, Change] = {}
+        for parameter, value in zip(parameters, values, strict=True):
+            path = parameter.path
+            if parameter.place in OUTSIDE:
+                continue
+            before = self._list_before(path)
+            if not before:
+                changes[path] = float(value)
+                continue
+            numbers = changes.setdefault(path[:-1], before)
+            if isinstance(numbers, list):
+                numbers[int(path[-1])] = float(value)
+        return changes
+
+    def _list_before(self, path: KeyPath) -> list[float]:
+        """The list that an axis by its letter or a parameter of all legs stands for; or empty."""
+        outer = path[:-1]
+        if not isinstance(path[-1], int) or has_entry(self._document(path).data, path):
+            return []
+        if outer[-1] == "axis":
+            axis: list[float] = unit_axis(entry_at(self._document(path).data, outer)).tolist()
+            return axis
+        if outer[0] == "modules":
+            return self._values_of_legs(outer)
+        return []
 
     # -- names
 
@@ -213,9 +228,7 @@ class AdjustableRobot:
         return "" if match is None else match[1]
 
     def _template(self, path: KeyPath) -> Data:
-        document = self.written.document
-        entry = document.entries("modules")[str(path[1])]
-        return find_template(document, entry["template"], (*path[:2], "template")).data
+        return self._module(path).template.data
 
     def _encoder_gain(self, name: str) -> list[FreeParameter]:
         """The gain of an encoder, as `joints.q1.gain`."""
@@ -243,19 +256,45 @@ class AdjustableRobot:
         return parameters
 
     def _module_default(self, name: str) -> list[FreeParameter]:
-        """A parameter of a module that has the default of its template."""
-        document = self.written.document
-        for module, entry in document.entries("modules").items():
+        """A parameter of a module that has the default of its template, or one of a leg."""
+        for module in self.written.document.entries("modules"):
             prefix = f"modules.{module}.parameters."
-            path: KeyPath = ("modules", module, "parameters", name.removeprefix(prefix))
-            if not name.startswith(prefix) or path[3] not in self._template(path)["parameters"]:
+            match = _OF_MODULE.fullmatch(name.removeprefix(prefix))
+            if not name.startswith(prefix) or match is None:
                 continue
-            template = find_template(document, entry["template"], (*path[:2], "template"))
-            reader = ModuleParameters(ValueReader(document), module, entry, template)
-            start = reader.module_scope()[str(path[3])]
-            if np.isfinite(start):
-                return [FreeParameter(name, "file", path, start, self._unit(path))]
+            path: KeyPath = ("modules", module, "parameters", match["name"])
+            if match["leg"] is None:
+                return self._from_scope(name, path)
+            values = self._values_of_legs(path)
+            leg = int(match["leg"])
+            if leg < len(values):
+                unit = self._unit_in_template(path)
+                return [FreeParameter(name, "file", (*path, leg), values[leg], unit)]
         return []
+
+    def _from_scope(self, name: str, path: KeyPath) -> list[FreeParameter]:
+        """A parameter of a whole module that is left out."""
+        start = self._module(path).module_scope().get(str(path[3]), np.nan)
+        if not np.isfinite(start) or path[3] not in self._template(path).get("parameters", {}):
+            return []
+        return [FreeParameter(name, "file", path, start, self._unit_in_template(path))]
+
+    def _values_of_legs(self, path: KeyPath) -> list[float]:
+        """Values of a module's parameter by leg; empty if it is none of legs."""
+        legs = self._template(path).get("legs", {})
+        if path[3] not in legs.get("parameters", {}):
+            return []
+        module = self._module(path)
+        scopes = module.leg_scopes(module.module_scope(), len(legs.get("labels", [])))
+        return [scope[str(path[3])] for scope in scopes]
+
+    def _module(self, path: KeyPath) -> ModuleParameters:
+        """The parameters of a module."""
+        document = self.written.document
+        module = str(path[1])
+        entry = document.entries("modules")[module]
+        template = find_template(document, entry["template"], (*path[:2], "template"))
+        return ModuleParameters(ValueReader(document), module, entry, template)
 
 
 def _base_poses(name: str) -> list[FreeParameter]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from scipy import stats
 
-from ..errors import InputError
+from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array
 from ..ground.file_options import PathText
 from .adjustable import AdjustableRobot
@@ -17,7 +18,7 @@ from .fit import Fitted, Fitter
 from .loop_choices import with_general_bars
 from .machine import Machine
 from .noise import Sigma, noise_of
-from .observations import WEIGHT, Observations, observe
+from .observations import WEIGHT, Observations, OpenRowsError, observe
 from .outlying import LOSSES, Loss, outliers_of, without_outliers
 from .result import Calibration, Estimate, Misfit, OutlyingRow
 from .sensitivity import Sensitivity
@@ -26,7 +27,8 @@ from .unseen import identifiable, unseen_combinations
 Data = str | Path | Mapping[str, Sequence[float] | Array]
 CONFIDENCE = 0.95
 DOUBT = 1e-3  # probability of a chi-squared above which the given noise is believed
-LEAST_FREE = 1e-9
+LEAST_FREE = 1e-9  # 1 - leverage of a row that alone determines a parameter
+MOST_OPEN = 0.3  # share of rows that may close with the estimates only
 
 
 def calibrate(
@@ -64,13 +66,51 @@ def calibrate(
     adjustable = AdjustableRobot(robot)
     machine = Machine(adjustable, adjustable.parameters(names_of(free)))
     table = table_of(data)
-    observations = observe(machine, table)
-    fitter = Fitter(Sensitivity(machine, observations), row_weights(table))
+    try:
+        fit = _fitted(observe(machine, table), machine, sigma, loss)
+        return _Results(machine, fit, fit.fitter.first.differences).calibration()
+    except OpenRowsError as error:
+        if len(error.rows) > MOST_OPEN * len(table.lines):
+            raise
+        return _with_open_rows(machine, table, error, sigma, loss)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """A fit with what it was made from."""
+
+    observations: Observations
+    fitter: Fitter
+    fitted: Fitted
+
+
+def _fitted(observations: Observations, machine: Machine, sigma: Sigma, loss: Loss) -> _Fit:
+    """The fit to observations."""
+    sensitivity = Sensitivity(machine, observations)
+    fitter = Fitter(sensitivity, row_weights(observations.table))
     noise = noise_of(observations.quantities, sigma, fitter.first.differences)
     fitted = fitter.settled(fitter.first_fit(noise))
     owners = np.array(observations.owners())
-    fitted = without_outliers(fitter, fitted, owners, loss)
-    return _Results(machine, observations, fitter, fitted).calibration()
+    robust = without_outliers(fitter, fitted, owners, loss)
+    return _Fit(observations, fitter, robust)
+
+
+def _with_open_rows(
+    machine: Machine, table: Table, error: OpenRowsError, sigma: Sigma, loss: Loss
+) -> Calibration:
+    """The calibration where some rows close with the estimates only, as near a dead centre.
+
+    Raises:
+        OpenRowsError: they do not close with the estimates of the other rows either.
+    """
+    others = _fitted(observe(machine, table.without(error.rows)), machine, sigma, loss)
+    values = others.fitted.predicted.values
+    try:
+        observations = observe(machine, table, values)
+    except (OpenRowsError, DescriptionError):
+        raise error from None
+    fit = _fitted(observations, machine, sigma, loss)
+    return _Results(machine, fit, others.fitter.first.differences).calibration()
 
 
 def names_of(free: str | Iterable[str]) -> list[str]:
@@ -99,14 +139,13 @@ def row_weights(table: Table) -> Array:
 class _Results:
     """Makes the result of a fit."""
 
-    def __init__(
-        self, machine: Machine, observations: Observations, fitter: Fitter, fitted: Fitted
-    ) -> None:
+    def __init__(self, machine: Machine, fit: _Fit, before: Array) -> None:
         self.machine = machine
-        self.observations = observations
-        self.fitter = fitter
-        self.fitted = fitted
-        self.owners = np.array(observations.owners())
+        self.observations = fit.observations
+        self.fitter = fit.fitter
+        self.fitted = fit.fitted
+        self.before = before
+        self.owners = np.array(fit.observations.owners())
         self.factor = self._inflation()
 
     def calibration(self) -> Calibration:
@@ -181,7 +220,6 @@ class _Results:
     def _misfits(self) -> dict[str, Misfit]:
         fitted = self.fitted
         noise = fitted.noise
-        before = self.fitter.first.differences
         after = fitted.predicted.differences
         held_out = self._held_out()
         misfits: dict[str, Misfit] = {}
@@ -189,7 +227,7 @@ class _Results:
             mine = self.owners == k
             is_used = fitted.weights[:, mine] > 0.0
             misfits[quantity.name] = Misfit(
-                before=_rms(before[:, mine][is_used]),
+                before=_rms(self.before[:, mine]),
                 after=_rms(after[:, mine][is_used]),
                 held_out=_rms(held_out[:, mine][is_used]),
                 sigma=float(noise.by_component[mine][0]),
@@ -226,6 +264,7 @@ class _Results:
 
 
 def _rms(values: Array) -> float:
-    if not values.size:
+    measured = values[np.isfinite(values)]
+    if not measured.size:
         return float("nan")
-    return float(np.sqrt(np.mean(values * values)))
+    return float(np.sqrt(np.mean(measured**2)))

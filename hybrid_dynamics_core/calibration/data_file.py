@@ -38,6 +38,14 @@ class Table:
     lines: tuple[int, ...]
     source: str
 
+    def without(self, rows: list[int]) -> Table:
+        """The table without some rows."""
+        columns: dict[str, Array] = {}
+        for name, values in self.columns.items():
+            columns[name] = np.delete(values, rows)
+        lines = np.delete(self.lines, rows).tolist()
+        return Table(columns, self.units, tuple(lines), self.source)
+
     def row(self, index: int) -> str:
         """The place of a row, for messages."""
         return f"{self.source}:{self.lines[index]}"

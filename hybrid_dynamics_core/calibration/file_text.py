@@ -4,34 +4,33 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 import yaml
 
 from ..description.document import KeyPath
+from .adjustable import Change
 
 DIGITS = 12  # significant digits of a written number
 _PLAIN = re.compile(r"[A-Za-z_][\w./-]*")
-_ZERO = (0.0, 0.0, 0.0)
-_LETTERS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class NotWritableError(LookupError):
     """An entry has no place of its own in a text."""
 
 
-def with_numbers(text: str, numbers: Iterable[tuple[KeyPath, float]]) -> str:
-    """The text with some numbers replaced, or added where they were left out.
+def with_numbers(text: str, numbers: Mapping[KeyPath, Change]) -> str:
+    """The text with some numbers or lists replaced, or added where they were left out.
 
     Args:
         text: the text of the file.
-        numbers: path and value of each.
+        numbers: values by path.
 
     Raises:
         NotWritableError: an entry is shared by an alias, or has no place in the text.
     """
-    for path, value in numbers:
-        text = _with_number(text, path, value)
+    for path, value in numbers.items():
+        text = _with_number(text, path, _written(value))
     return text
 
 
@@ -58,7 +57,15 @@ def written_number(value: float) -> str:
     return f"{value:.{DIGITS}g}"
 
 
-def _with_number(text: str, path: KeyPath, value: float) -> str:
+def _written(value: Change) -> str:
+    """A number, or a list, as text."""
+    if not isinstance(value, list):
+        return written_number(value)
+    words = map(written_number, value)
+    return f"[{', '.join(words)}]"
+
+
+def _with_number(text: str, path: KeyPath, value: str) -> str:
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     node = root
     for depth, key in enumerate(path):
@@ -68,7 +75,7 @@ def _with_number(text: str, path: KeyPath, value: float) -> str:
         node = child
     if not isinstance(node, yaml.ScalarNode) or _count(root, node) != 1:
         raise NotWritableError
-    return _with_comment_in_place(text, node, written_number(value))
+    return _with_comment_in_place(text, node, value)
 
 
 def _child(node: yaml.Node | None, key: str | int) -> yaml.Node | None:
@@ -94,10 +101,6 @@ def _count(root: yaml.Node | None, node: yaml.Node) -> int:
     return total
 
 
-def _replaced(text: str, node: yaml.Node, new: str) -> str:
-    return text[: node.start_mark.index] + new + text[node.end_mark.index :]
-
-
 def _with_comment_in_place(text: str, node: yaml.Node, new: str) -> str:
     """The text with another number; a comment behind it stays in its column if there is room."""
     before, after = text[: node.start_mark.index], text[node.end_mark.index :]
@@ -108,10 +111,8 @@ def _with_comment_in_place(text: str, node: yaml.Node, new: str) -> str:
     return before + new + after
 
 
-def _added(text: str, node: yaml.Node | None, path: KeyPath, value: float) -> str:
+def _added(text: str, node: yaml.Node | None, path: KeyPath, value: str) -> str:
     """The text with an entry that was left out."""
-    if isinstance(node, yaml.ScalarNode) and isinstance(path[0], int):
-        return _replaced(text, node, _vector(_axis_vector(node.value), path[0], value))
     if not isinstance(node, yaml.MappingNode) or not isinstance(path[0], str):
         raise NotWritableError
     is_json = text.lstrip("\ufeff \t\r\n").startswith("{")
@@ -126,30 +127,15 @@ def _added(text: str, node: yaml.Node | None, path: KeyPath, value: float) -> st
     return f"{text[: start.index]}{entry}\n{indent}{text[start.index :]}"
 
 
-def _axis_vector(letter: str) -> tuple[float, ...]:
-    """The vector of an axis such as `-z`."""
-    vector = _LETTERS.get(letter[-1:])
-    if vector is None:
-        raise NotWritableError
-    if letter.startswith("-"):
-        return tuple(-component for component in vector)
-    return vector
-
-
-def _vector(components: tuple[float, ...], index: int, value: float) -> str:
-    """A vector as text, with one component replaced."""
-    words = [written_number(component) for component in components]
-    words[index] = written_number(value)
-    return f"[{', '.join(words)}]"
-
-
-def _flow(path: KeyPath, value: float, is_json: bool) -> str:
+def _flow(path: KeyPath, value: str, is_json: bool) -> str:
     """The text of an entry at a path below a new key."""
     if not path:
-        return written_number(value)
+        return value
     key = path[0]
     if isinstance(key, int):
-        return _vector(_ZERO, key, value)
+        words = ["0", "0", "0"]
+        words[key] = value
+        return f"[{', '.join(words)}]"
     return f"{{{_key(key, is_json)}: {_flow(path[1:], value, is_json)}}}"
 
 

@@ -10,18 +10,19 @@ import numpy as np
 
 from ..algebra.independence import independent_rows
 from ..algebra.transform import IDENTITY, compose
+from ..closed_state.state import ClosedState
 from ..closure.constraints.equations import LoopEquations
 from ..closure.constraints.from_description import loop_equations
 from ..description.geometry import Transform, rotation_from_rpy
 from ..description.model import Frame, RobotDescription
-from ..errors import InputError
+from ..errors import InputError, StateError
 from ..ground.arrays import Array
-from ..ground.suggestions import no_such_name
 from ..mechanism.configuration import Configuration, given_configuration
 from ..mechanism.joint_transform import joint_transforms, poses_in_base
 from ..mechanism.tree import Tree, build_tree, frame_offset
+from ..robot.robot import Robot
 from .adjustable import AdjustableRobot, FreeParameter
-from .loop_choices import LoopChoices
+from .loop_choices import LoopChoices, with_general_bars
 
 CLOSED = 1e-10  # largest gap of closed loops, in lengths of the loop or rad
 SETTLED = 1e-13  # largest step [m or rad] of an iteration that has converged
@@ -231,36 +232,53 @@ class Machine:
             f"there is no column {listed}; expected a column for each of {', '.join(robot.active)}"
         )
 
-    def closed_at_start(self, given: Sequence[str], readings: Mapping[str, Array]) -> ClosedRows:
-        """The closed states of the robot as it is in the file.
+    def closed_at(
+        self, values: Array, given: Sequence[str], readings: Mapping[str, Array]
+    ) -> ClosedRows:
+        """The closed states for values (k,) of the parameters.
 
         Args:
+            values: the parameters [rad, m].
             given: the coordinates that are given.
-            readings: their values (N,) [rad, m].
+            readings: readings of their encoders (N,) [rad, m].
 
         Raises:
             StateError: a row does not close.
         """
-        if tuple(given) == self.robot.active:
-            u = np.stack([readings[name] for name in given], axis=1)
-            state = self.robot.close(u)
+        robot = self.robot
+        if not np.array_equal(values, self.start):
+            description = self.adjustable.described(self.parameters, values)
+            robot = Robot(with_general_bars(description, self.robot))
+        geometry = self.geometry(values)
+        coordinates: dict[str, Array] = {}
+        for name in given:
+            gain = geometry.gains[robot.coordinates.index(name)]
+            coordinates[name] = gain * readings[name]
+        if tuple(given) == robot.active:
+            state = robot.close(np.stack(list(coordinates.values()), axis=1))
         else:
-            state = self.robot.close_given({name: readings[name] for name in given})
-        count = len(state.s)
-        signs = np.broadcast_to(state.signs, (count, np.shape(state.signs)[-1]))
-        blocks = signs.shape[1] - len(self.robot.description.freely_turning)
-        charts = tuple(signs[:, k].astype(float) for k in range(blocks, signs.shape[1]))
-        return ClosedRows(self.geometry(self.start), np.array(state.s), charts)
+            state = robot.close_given(coordinates)
+        return ClosedRows(geometry, np.array(state.s), charts_of(robot, state))
 
-    def frame(self, name: str) -> str:
-        """A frame or link by name.
+    def open_rows(self, given: Sequence[str], readings: Mapping[str, Array]) -> list[int]:
+        """Indices of rows that do not close with the robot of the file."""
+        rows: list[int] = []
+        count = len(readings[given[0]])
+        for row in range(count):
+            one = {name: values[row : row + 1] for name, values in readings.items()}
+            try:
+                self.closed_at(self.start, given, one)
+            except StateError:
+                rows.append(row)
+        return rows
 
-        Raises:
-            InputError: there is none.
-        """
-        if name not in self.robot.frames:
-            raise InputError(no_such_name("frame", name, self.robot.frames))
-        return name
+
+def charts_of(robot: Robot, state: ClosedState) -> tuple[Array, ...]:
+    """Charts of the ball and free joints of closed rows, (N,) each."""
+    joints = len(robot.description.freely_turning)
+    blocks = np.shape(state.signs)[-1] - joints
+    signs = np.broadcast_to(state.signs, (len(state.s), blocks + joints))
+    return tuple(signs[:, blocks:].T.astype(float))
 
 
 def _null_space(matrix: Array) -> Array:

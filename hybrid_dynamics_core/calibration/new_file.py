@@ -16,12 +16,12 @@ from ..formats.yaml.writer import to_yaml
 from ..ground.file_options import options_of
 from ..library import shipped_robots
 from ..robot.model import RobotModel
+from .adjustable import OUTSIDE
 from .file_text import NotWritableError, with_numbers, without_entry
 from .loop_choices import broken_parallelograms, with_general_bars
 from .result import Calibration
 
 SAME = 1e-10  # [m, or of unit vectors] difference of two texts of one robot
-OUTSIDE = ("gain", "base")  # places of parameters that no file has
 
 
 def new_text(calibration: Calibration, folder: str | Path | None = None) -> str:
@@ -68,10 +68,7 @@ def _edited(calibration: Calibration) -> str | None:
     text = _source(calibration)
     if text is None or any(one.place == "expanded" for one in calibration.free):
         return None
-    numbers = []
-    for parameter, value in zip(calibration.free, calibration.values.tolist(), strict=True):
-        if parameter.place == "file":
-            numbers.append((parameter.path, value))
+    numbers = calibration.robot.changes(calibration.free, calibration.values)
     document = calibration.robot.written.document
     try:
         edited = with_numbers(text, numbers)

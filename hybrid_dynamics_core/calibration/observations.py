@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +36,8 @@ class Observations:
         readings: readings of their encoders (N, n) [rad, m].
         quantities: what else is measured.
         measured: columns (N, columns) of each quantity.
-        closed: closed states of the robot as it is in the file.
+        values: parameters (k,) with which they are closed [rad, m].
+        closed: closed states.
         unused: columns that are not used.
     """
 
@@ -45,6 +46,7 @@ class Observations:
     readings: Array
     quantities: tuple[Quantity, ...]
     measured: tuple[Array, ...]
+    values: Array
     closed: ClosedRows
     unused: tuple[str, ...] = ()
 
@@ -65,12 +67,32 @@ class Observations:
         return indices
 
 
-def observe(machine: Machine, table: Table) -> Observations:
+class OpenRowsError(InputError):
+    """Some rows do not close with the robot of the file.
+
+    Attributes:
+        rows: their indices.
+    """
+
+    def __init__(self, message: str, rows: list[int]) -> None:
+        self.rows = rows
+        super().__init__(message)
+
+
+def observe(machine: Machine, table: Table, values: Array | None = None) -> Observations:
     """The observations of a table.
 
+    Args:
+        machine: the robot and its parameters.
+        table: the measurements.
+        values: parameters (k,) with which the rows are closed; None for those of the file.
+
     Raises:
-        InputError: columns are missing or wrong, or rows do not close.
+        OpenRowsError: some rows do not close.
+        InputError: columns are missing or wrong.
     """
+    if values is None:
+        values = machine.start
     columns = _Columns(machine, table)
     quantities = columns.quantities()
     given = machine.given_among(columns.coordinates)
@@ -84,13 +106,20 @@ def observe(machine: Machine, table: Table) -> Observations:
         )
     columns.require_sizes(given)
     readings = np.stack([table.columns[name] for name in given], axis=1)
-    closed = _closed(machine, table, given)
+    closed = _closed(machine, table, given, values)
     measured: list[Array] = []
     for quantity in quantities:
         parts = [table.columns[name] for name in quantity.columns]
         measured.append(np.stack(parts, axis=1))
     result = Observations(
-        table, given, readings, tuple(quantities), tuple(measured), closed, tuple(columns.unused)
+        table=table,
+        given=given,
+        readings=readings,
+        quantities=tuple(quantities),
+        measured=tuple(measured),
+        values=values,
+        closed=closed,
+        unused=tuple(columns.unused),
     )
     _require_metres(result)
     return result
@@ -226,15 +255,20 @@ def _coordinate(machine: Machine, name: str) -> Quantity:
     return Coordinate(name, (name,), unit, robot.coordinates.index(name))
 
 
-def _closed(machine: Machine, table: Table, given: tuple[str, ...]) -> ClosedRows:
-    """The closed rows; raises InputError that names the row and what may be wrong."""
-    readings: Mapping[str, Array] = {name: table.columns[name] for name in given}
+def _closed(machine: Machine, table: Table, given: tuple[str, ...], values: Array) -> ClosedRows:
+    """The closed rows; raises OpenRowsError that names a row and what may be wrong."""
+    readings = {name: table.columns[name] for name in given}
     try:
-        return machine.closed_at_start(given, readings)
+        return machine.closed_at(values, given, readings)
     except StateError as error:
-        place = table.source if error.index is None else table.row(error.index)
-        text = str(error).partition(": ")[2] if error.index is not None else str(error)
-        raise InputError(f"{place}: {text}{_length_hint(machine, table, given)}") from error
+        place = table.source
+        text = str(error)
+        if error.index is not None:
+            place = table.row(error.index)
+            text = text.partition(": ")[2]
+        message = f"{place}: {text}{_length_hint(machine, table, given)}"
+        rows = machine.open_rows(given, readings)
+        raise OpenRowsError(message, rows) from error
 
 
 def _length_hint(machine: Machine, table: Table, given: tuple[str, ...]) -> str:

@@ -76,7 +76,7 @@ class Sensitivity:
     def unit_by_influence(self, k: int) -> str:
         """`rad` for a parameter that turns frames without moving any, otherwise `m`."""
         before = self.observations.closed.geometry
-        after = self.moved(k, self.machine.start, STEP * self.reach)
+        after = self.moved(k, self.observations.values, STEP * self.reach)
         turned = 0.0
         moved = 0.0
         for body, other in zip(before.tree.bodies, after.tree.bodies, strict=True):
@@ -87,9 +87,9 @@ class Sensitivity:
     # -- predictions
 
     def at_start(self) -> Predicted:
-        """The prediction for the values in the file."""
-        closed = self.observations.closed
-        return self._predicted(self.machine.start, closed)
+        """The prediction for the values with which the rows were closed first."""
+        observations = self.observations
+        return self._predicted(observations.values, observations.closed)
 
     def at(self, values: Array, near: Predicted) -> Predicted:
         """The prediction for other values.

@@ -205,3 +205,38 @@ def test_a_bar_of_a_parallelogram_may_be_longer_than_the_other(tmp_path):
     for robot in (load(str(new_path)), Robot(result.description)):
         place = robot.forward_kinematics(robot.close(u)).position
         assert np.abs(place - position).max() < 1e-6
+
+
+def test_a_parameter_of_one_leg_may_be_left_out_in_the_file(tmp_path):
+    free = "modules.delta.parameters.angle[1], modules.delta.parameters.theta_0"
+    nominal = load("delta")
+    u = np.random.default_rng(2).uniform(0.0, 0.8, (12, 4))
+    position = nominal.forward_kinematics(nominal.close(u)).position
+    data = dict(zip(nominal.active, u.T, strict=True))
+    data |= dict(zip(("tool.x", "tool.y", "tool.z"), position.T, strict=True))
+    result = calibrate("delta", data, free, sigma=NOISE)
+    angle = result.parameters["modules.delta.parameters.angle[1]"]
+    assert angle.start == pytest.approx(2.0 * np.pi / 3.0)
+    assert angle.value == pytest.approx(angle.start, abs=1e-9)
+    # theta_0 only says where the joints count from
+    assert not result.identifiable["modules.delta.parameters.theta_0"]
+    path = tmp_path / "new.yaml"
+    path.write_text(new_text(result), encoding="utf-8")
+    assert "template: delta" in path.read_text(encoding="utf-8")
+    load(str(path))
+
+
+def test_rows_that_close_with_the_estimates_only_count_too(tmp_path):
+    true = changed(tmp_path, pin="crank: [0.62, 0, 0]")
+    u = poses(20)
+    nominal = write(tmp_path)
+    # the crank is stretched here: farther than the file's pin allows
+    reachable = true.closing_range[1, 1]
+    u[4, 1] = u[9, 1] = reachable - 0.002
+    assert u[4, 1] > load(nominal).closing_range[1, 1]
+    data = columns(true, u, noise=NOISE)
+    result = calibrate(nominal, data, "loops.lift.pin.crank[0], reach", sigma=NOISE)
+    low, high = result.parameters["loops.lift.pin.crank[0]"].interval
+    assert low < 0.62 < high
+    assert result.residuals.shape == (20, 3)
+    assert not result.outliers
