@@ -32,6 +32,7 @@ VERBS = {  # name -> module, in the order of the help
     "workspace": "workspace",
     "branches": "branches",
     "capability": "capability",
+    "retime": "retime",
     "weigh": "weigh",
     "calibrate": "calibrate",
     "estimate": "estimate",

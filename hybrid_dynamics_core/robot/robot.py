@@ -15,6 +15,7 @@ from ..kinematics.ik_batch import inverse_kinematics
 from ..kinematics.pose_chain import PoseChain
 from ..kinematics.workspace import find_workspace
 from ..limits import limit_margins
+from ..retiming import retime
 from .actuation import Actuation
 from .closure import Closure
 from .compiled_calls import RobotKernels
@@ -304,6 +305,7 @@ class Robot:
 
     capability = capability_at  # a function of the robot
     limit_margins = limit_margins
+    retime = retime
     drive_rates = delegate("_actuation", Actuation.drive_rates)
     distribute = delegate("_actuation", Actuation.distribute)
     generalised_forces = delegate("_actuation", Actuation.generalised_forces)
