@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from .description.model import RobotDescription
 from .errors import DescriptionError, InputError, UndecidedModeError
 from .formats.reader import parse_description, read_description
 from .ground.file_options import (
+    NO_OPTIONS,
     FileOptions,
     Parameter,
     PathText,
@@ -142,9 +144,7 @@ def _description(robot: PathText) -> RobotDescription:
     name = os.fspath(robot)
     shipped = shipped_robots()
     if name in shipped:
-        resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
-        text = resource.read_text(encoding="utf-8")
-        return parse_description(text, f"{name}.yaml", options_of(name))
+        return _shipped_description(name, options_of(name))
     path = Path(name)
     if not _is_there(path) and path.suffix not in (".yaml", ".yml"):
         hint = suggestion(name, [*_robot_files_beside(path), *shipped])
@@ -152,6 +152,24 @@ def _description(robot: PathText) -> RobotDescription:
             f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(shipped)}"
         )
     return read_description(name, options_of(name))
+
+
+def _shipped_description(name: str, options: FileOptions) -> RobotDescription:
+    if options:
+        return _read_shipped(name, options)
+    return _unchanged(name)
+
+
+@cache
+def _unchanged(name: str) -> RobotDescription:
+    """A shipped robot as its file has it, read once a process: descriptions are not changed."""
+    return _read_shipped(name, NO_OPTIONS)
+
+
+def _read_shipped(name: str, options: FileOptions) -> RobotDescription:
+    file = f"{name}.yaml"
+    resource = resources.files(__package__).joinpath("robots", file)
+    return parse_description(resource.read_text(encoding="utf-8"), file, options)
 
 
 def _is_there(path: Path) -> bool:

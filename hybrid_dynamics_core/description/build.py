@@ -95,8 +95,8 @@ class _Builder:
             multi_dof=self.multi_dof(joints),
             charts=MappingProxyType(dict(self.document.charts)),
             file=self.document.file,
-            lines=self.document.lines(),
-            files=self.document.files(),
+            lines=MappingProxyType(self.document.lines()),
+            files=MappingProxyType(self.document.files()),
             effects=read_effects(self.values),
             payloads=read_payloads(self.values),
             actuators=read_actuators(self.values),
@@ -162,7 +162,7 @@ class _Builder:
             return part.number("mass"), part.vector("com")
         share = entry.number("gravity_compensation")
         if not share:
-            return 0.0, np.zeros(3)
+            return 0.0, frozen(np.zeros(3))
         return share * mass, com
 
     # -- joints

@@ -65,7 +65,7 @@ def test_a_pose_that_the_platform_cannot_have_is_told(robot: Robot) -> None:
     assert np.isfinite(result.residual)
 
 
-@examples(10)
+@examples(8)
 @given(data=st.data(), frames=st.integers(0, 10**6))
 def test_it_does_not_depend_on_where_frames_stand(
     robot: Robot, data: st.DataObject, frames: int
@@ -85,7 +85,7 @@ def test_it_does_not_depend_on_where_frames_stand(
     np.testing.assert_allclose(reached.rotation, pose.rotation, atol=1e-10)
 
 
-@examples(60)
+@examples(36)
 @given(slides=st.integers(0, 3), turns=st.integers(0, 3), seed=st.integers(0, 10**6))
 def test_slides_and_turns_about_any_axes_that_meet(slides: int, turns: int, seed: int) -> None:
     """Axes at any angles to each other, which meet away from all origins."""

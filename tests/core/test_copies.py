@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import copy
 import pickle
-from dataclasses import fields, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import ClosedState, InputError, Pose, Robot, load
+from hybrid_dynamics_core import ClosedState, InputError, Pose, Robot, load, shipped_robots
 from tests.robots import ROBOTS, robot
 from tests.sampling import swept
 
@@ -76,3 +77,38 @@ def test_a_state_is_the_row_of_a_batch_whatever_is_read_first(name: str, near: b
     assert state.branch is state.branch
     with pytest.raises(AttributeError, match="no attribute 'residuals'"):
         _ = state.residuals  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_nothing_of_a_shipped_description_can_be_changed(name: str) -> None:
+    """Its file is read once a process: all robots of the name share what was read."""
+    description = load(name).description
+    assert load(name).description.lines is description.lines
+    for place, part in parts_of(name, description):
+        if isinstance(part, np.ndarray):
+            assert not part.flags.writeable, place
+        assert not isinstance(part, (list, dict, set)), place
+
+
+def test_parameters_of_a_call_are_of_that_call_alone() -> None:
+    plain = load("five_bar").description.joints
+    other = load("five_bar", parameters={"crank": 0.2}).description.joints
+    later = load("five_bar").description.joints
+    lengths = [[joint.translation for joint in joints.values()] for joints in (plain, other, later)]
+    assert np.array_equal(lengths[0], lengths[2])
+    assert not np.array_equal(lengths[0], lengths[1])
+
+
+def parts_of(place: str, thing: object) -> Iterator[tuple[str, object]]:
+    """All that a description is made of, with where it stands."""
+    yield place, thing
+    if is_dataclass(thing):
+        inner = [(field.name, getattr(thing, field.name)) for field in fields(thing)]
+    elif isinstance(thing, Mapping):
+        inner = [(str(key), value) for key, value in thing.items()]
+    elif isinstance(thing, tuple):
+        inner = [(str(k), value) for k, value in enumerate(thing)]
+    else:
+        return
+    for name, part in inner:
+        yield from parts_of(f"{place}.{name}", part)

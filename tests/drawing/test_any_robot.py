@@ -76,13 +76,13 @@ def draw_all(robot: Robot) -> list[Figure]:
     return figures
 
 
-@examples(36)
+@examples(18)
 @given(right_angled())
 def test_slides_and_hinges_along_the_view(robot: Robot) -> None:
     assert all(figure.axes for figure in draw_all(robot))
 
 
-@examples(12)
+@examples(4)
 @given(class_three(max_links=4, max_loops=2), st.permutations([0, 1, 2]))
 def test_robots_with_loops_turned_by_right_angles(case: Case, order: list[int]) -> None:
     rotation = np.eye(3)[order]
@@ -90,7 +90,7 @@ def test_robots_with_loops_turned_by_right_angles(case: Case, order: list[int]) 
     assert all(figure.axes for figure in draw_all(Robot(turned)))
 
 
-@examples(24)
+@examples(12)
 @given(right_angled())
 def test_vermilion_is_what_is_driven_and_grey_what_is_idle(robot: Robot) -> None:
     figure = draw(robot)

@@ -88,7 +88,7 @@ class Pair:
         assert pose.rotation.ravel() == pytest.approx(turns[number], abs=NEAR)
 
 
-@examples(60, phases=(Phase.explicit, Phase.generate))
+@examples(36, phases=(Phase.explicit, Phase.generate))
 @given(SEEDS)
 def test_hinges_and_slides_move_as_in_mujoco(seed: int) -> None:
     """Poses, efforts, limits and gaps of closures at a random state, loops open."""
@@ -165,7 +165,7 @@ def assert_gaps(pair: Pair, state: ClosedState) -> None:
         assert residual == pytest.approx(0.0, abs=NEAR)
 
 
-@examples(30, phases=(Phase.explicit, Phase.generate))
+@examples(18, phases=(Phase.explicit, Phase.generate))
 @given(SEEDS)
 def test_balls_and_free_bodies_move_as_in_mujoco(seed: int) -> None:
     """Poses, weight and kinetic energy; MuJoCo counts them by quaternions and twists."""

@@ -104,7 +104,7 @@ def test_one_of_each_comes_back() -> None:
     assert_same_robot(everything(), read_back(everything()))
 
 
-@examples(16)
+@examples(8)
 @given(robots(), STATES)
 def test_a_random_robot_comes_back(case: Case, seed: int) -> None:
     back = read_back(case.robot)

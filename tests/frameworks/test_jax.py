@@ -1,5 +1,7 @@
 """Pure functions of JAX: values and derivatives beside those of the compiled code."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,9 @@ jax = pytest.importorskip("jax")
 
 EXACT = 1e-12  # [-] of the largest value, for sums in another order
 ROBOTS = ("five_bar", "forging_chu2020", "ankle", "palletizer", "excavator", "delta", "staicu2015")
+
+
+shared = cache(load)  # JAX compiles each function of a robot once
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +40,7 @@ def agree(ours, right):
 
 @pytest.mark.parametrize("name", swept(ROBOTS, sample=("five_bar",)))
 def test_every_call_has_the_values_of_the_compiled_one(name):
-    robot = load(name)
+    robot = shared(name)
     u, du, ddu = states(robot, 50)
     s, ds, status = robot.jax.close(u, du)
     closed = robot.kernels.close(u, du)
@@ -57,7 +62,7 @@ def test_every_call_has_the_values_of_the_compiled_one(name):
 
 @pytest.mark.parametrize("name", swept(ROBOTS, sample=("five_bar",)))
 def test_derivatives_are_those_of_the_exact_programs(name):
-    robot = load(name)
+    robot = shared(name)
     u, du, ddu = (rows[0] for rows in states(robot, 1))
     state = robot.close(u, du)
     by_all = jax.jacobian(lambda *x: robot.jax.inverse_dynamics(*x)[0], argnums=(0, 1, 2))
@@ -69,7 +74,7 @@ def test_derivatives_are_those_of_the_exact_programs(name):
 
 
 def test_gradients_of_batches_are_those_of_states():
-    robot = load("five_bar")
+    robot = shared("five_bar")
     u, du, tau = states(robot, 3)
 
     def cost(u, tau):
@@ -87,7 +92,7 @@ def test_gradients_of_batches_are_those_of_states():
 
 @pytest.mark.sweep(sample="test_gradients_of_batches_are_those_of_states")
 def test_second_derivatives_are_those_of_the_first():
-    robot = load("five_bar")
+    robot = shared("five_bar")
     u, du, ddu = (rows[0] for rows in states(robot, 1))
     second = jax.hessian(lambda u: robot.jax.inverse_dynamics(u, du, ddu)[0][0])(u)
     step = 1e-6
@@ -102,7 +107,7 @@ def test_second_derivatives_are_those_of_the_first():
 
 
 def test_derivatives_by_gravity():
-    robot = load("five_bar")
+    robot = shared("five_bar")
     u, du, ddu = (rows[0] for rows in states(robot, 1))
     slope = jax.jacobian(lambda g: robot.jax.inverse_dynamics(u, du, ddu, gravity=g)[0])
     for k, unit in enumerate(np.eye(3)):
@@ -113,7 +118,7 @@ def test_derivatives_by_gravity():
 
 
 def test_what_does_not_close_is_nan_with_its_status():
-    robot = load("forging_chu2020")
+    robot = shared("forging_chu2020")
     u = np.array([robot.reference] * 3)
     u[1, 1] = 5.0  # [m], longer than its loop
     u[2, 0] = np.nan
@@ -129,7 +134,7 @@ def test_what_does_not_close_is_nan_with_its_status():
 
 
 def test_functions_are_mapped_and_compiled():
-    robot = load("five_bar")
+    robot = shared("five_bar")
     u, du, ddu = states(robot, 4)
     whole, _ = robot.jax.inverse_dynamics(u, du, ddu)
     mapped = jax.jit(jax.vmap(lambda *x: robot.jax.inverse_dynamics(*x)[0]))(u, du, ddu)
@@ -137,7 +142,7 @@ def test_functions_are_mapped_and_compiled():
 
 
 def test_32_bits_have_five_digits():
-    robot = load("five_bar")
+    robot = shared("five_bar")
     u, du, ddu = states(robot, 20)
     right = robot.kernels.inverse_dynamics(u, du, ddu)
     tau, status = robot.jax.inverse_dynamics(*(x.astype(np.float32) for x in (u, du, ddu)))
@@ -149,7 +154,7 @@ def test_32_bits_have_five_digits():
 
 @pytest.mark.sweep(sample="test_what_does_not_close_is_nan_with_its_status")
 def test_far_from_its_start_an_iterated_robot_says_jump_and_steps_go_there():
-    robot = load("ankle")
+    robot = shared("ankle")
     far = robot.reference + 0.6
     _, status = robot.jax.forward_kinematics(far)[1:]
     assert status == OutcomeKind.JUMP
@@ -164,7 +169,7 @@ def test_far_from_its_start_an_iterated_robot_says_jump_and_steps_go_there():
 
 
 def test_wrong_shapes_and_frames_are_refused():
-    robot = load("five_bar")
+    robot = shared("five_bar")
     with pytest.raises(InputError, match=r"u has shape \(2,\); expected \(\.\.\., 3\)"):
         robot.jax.forward_kinematics(np.zeros(2))
     with pytest.raises(InputError, match="there is no frame 'nowhere'"):

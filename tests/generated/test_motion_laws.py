@@ -24,7 +24,7 @@ def apart(case: Case, a: np.ndarray, b: np.ndarray) -> float:
     )
 
 
-@examples(9)
+@examples(5)
 @given(robots(), STATES)
 def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
     """Where the oracle comes through, far from singular places, the step is taken, and to the same

@@ -17,7 +17,7 @@ from tests.generated.reframed import reframed, with_zeros
 from tests.generated.robots import STATES, examples, robots, scaled
 
 
-@examples(40)
+@examples(24)
 @given(robots(), STATES, st.integers(0, 10**6))
 def test_distances_and_efforts_do_not_depend_on_frames(case: Case, seed: int, frames: int) -> None:
     """Nor on the reference: the other robot has one elsewhere."""
@@ -39,7 +39,7 @@ def test_distances_and_efforts_do_not_depend_on_frames(case: Case, seed: int, fr
     np.testing.assert_allclose(other.inverse_dynamics(there, du), efforts, atol=1e-8 * scale)
 
 
-@examples(40)
+@examples(16)
 @given(robots(), STATES, st.sampled_from([1e-3, 0.1, 7.0, 1e3]))
 def test_distances_do_not_depend_on_the_size(case: Case, seed: int, factor: float) -> None:
     other = Robot(scaled(case.description, factor))

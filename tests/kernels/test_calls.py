@@ -28,6 +28,8 @@ DU = np.array([0.2, 0.03, -0.02, 0.5])
 DDU = np.array([-0.1, 0.2, 0.1, 0.3])
 OUT_OF_REACH = np.array([0.0, 0.9, 0.1, 0.0])
 CALLS = 10  # of which memory is watched
+# robots with a loop that is iterated: closing it is a call of its own
+ITERATED = ("ankle", "gough", "seven_bar", "staicu2015", "three_rrr", "welded")
 
 
 @pytest.fixture(params=BACKENDS, scope="module")
@@ -82,12 +84,13 @@ def test_fused_calls_are_the_thorough_calls(name: str) -> None:
 
 
 @pytest.mark.parametrize("laden", [False, True])
-@pytest.mark.parametrize("name", swept(name for name in ROBOTS if not robot(name).follows))
+@pytest.mark.parametrize("name", swept(name for name in ROBOTS if name not in ITERATED))
 def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(
     name: str, laden: bool
 ) -> None:
     """Recordings take batches of two calls, the node's stream takes one: they must agree."""
     machine = robot(name)
+    assert not machine.follows
     loads = _laden(machine) if laden else machine.loads
     call = machine.kernels.under(loads).closed_inverse_dynamics
     for k, state in enumerate(random_states(name, 20)):

@@ -59,7 +59,7 @@ def assert_close(ours: np.ndarray, theirs: np.ndarray, bound: float) -> None:
     assert np.abs(ours - theirs).max() < bound * max(1.0, np.abs(theirs).max())
 
 
-@examples(24)
+@examples(12)
 @given(spinning(), SEEDS)
 def test_a_spin_without_mass_is_left_out(linkage: Spinning, seed: int) -> None:
     """All else accelerates as with a tiny inertia about the rods, of which nothing is left out."""
@@ -77,7 +77,7 @@ def test_a_spin_without_mass_is_left_out(linkage: Spinning, seed: int) -> None:
     assert_close(robot.inverse_dynamics(state, ddu), tau, 1e-9)
 
 
-@examples(6)
+@examples(4)
 @given(spinning(), SEEDS)
 def test_so_do_derivatives(linkage: Spinning, seed: int) -> None:
     robot, other = built(linkage), built(linkage, TINY)
@@ -91,7 +91,7 @@ def test_so_do_derivatives(linkage: Spinning, seed: int) -> None:
         assert_close(ours[np.ix_(others, others)], theirs[np.ix_(others, others)], 1e-4)
 
 
-@examples(12)
+@examples(6)
 @given(spinning(), SEEDS)
 def test_batches_compiled_calls_and_simulations_leave_it_out_alike(
     linkage: Spinning, seed: int
@@ -110,7 +110,7 @@ def test_batches_compiled_calls_and_simulations_leave_it_out_alike(
     assert np.ptp(total) < 1e-6 * max(1.0, np.abs(total).max())
 
 
-@examples(12)
+@examples(8)
 @given(spinning(), SEEDS, st.sampled_from(["tau", "spring", "friction"]))
 def test_a_force_along_a_spin_without_mass_is_refused(
     linkage: Spinning, seed: int, kind: str
@@ -151,7 +151,7 @@ def test_an_idle_coordinate_that_takes_the_motor_along_is_not_left_out() -> None
         robot.forward_dynamics(robot.close([0.0, 0.0]), [0.0, 0.0])
 
 
-@examples(12)
+@examples(6)
 @given(spinning(), SEEDS)
 def test_what_moves_no_mass_depends_on_no_frame(linkage: Spinning, seed: int) -> None:
     robot = built(linkage)
