@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import zipfile
 from functools import cache
 from itertools import product
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from hypothesis import given
 
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import InputError, Payload, load
@@ -18,10 +20,13 @@ from hybrid_dynamics_core.formats.c.names import identifiers
 from hybrid_dynamics_core.formats.fmu.description import VERSIONS
 from hybrid_dynamics_core.formats.fmu.variables import PROGRAMS
 from hybrid_dynamics_core.simulation import Settings, simulate
+from tests.generated.case import Case
+from tests.generated.class_three import class_three
+from tests.generated.robots import examples
 from tests.sampling import swept
 
 from .c_builds import WARNINGS, needs_compiler, run
-from .units import DISCARD, ERROR, OK, Unit3, described, unpacked
+from .units import DISCARD, ERROR, OK, Unit2, Unit3, described, unpacked
 
 ROBOTS = swept(("type_c", "ankle", "excavator"), ("type_c",))
 SPAN = 0.2  # [s]
@@ -329,3 +334,38 @@ def test_a_robot_without_masses_has_no_unit(tmp_path: Path) -> None:
     assert not (tmp_path / "new").exists()
     with pytest.raises(InputError, match=r"version: '1.0': expected 3\.0 or 2\.0"):
         to_fmu(load("five_bar"), version="1.0")
+
+
+@needs_compiler
+@pytest.mark.timeout(900)
+@pytest.mark.sweep(sample="test_co_simulation_moves_as_simulate_does")
+@examples(6)
+@given(class_three())
+def test_units_of_random_robots_move_as_simulate_does(case: Case) -> None:
+    robot = case.robot
+    tau = efforts(robot)
+    wanted = simulate(robot, robot.reference, tau=tau, t_span=(0.0, 0.05), settings=FREE)
+    with tempfile.TemporaryDirectory() as place:
+        unit = Unit3(unpacked(to_fmu(robot), Path(place)))
+        assert unit.set_boolean("stop_at_limits", False) == OK
+        assert unit.start(dict(zip(named("tau", robot), tau, strict=True))) == OK
+        assert unit.step(0.0, wanted.t[-1])[0] == OK
+        _, got = unit.get([*named("u", robot), *named("du", robot)])
+    scale = max(1.0, np.abs(wanted.du).max())
+    assert np.abs(got - [*wanted.u[-1], *wanted.du[-1]]).max() <= CLOSE * scale
+
+
+@needs_compiler
+@pytest.mark.sweep(sample="test_a_motion_ends_at_the_limit_where_simulate_does")
+def test_both_versions_of_fmi_are_one_motion(unpack) -> None:
+    new, old = Unit3(unpack("type_c")), Unit2(unpack("type_c", version="2.0"))
+    assert max(new.start({}), old.start()) == OK
+    names = ["u.q1", "u.q2", "u.q4", "ddu.q2", "position.z"]
+    for k in range(4):
+        assert max(new.step(0.1 * k, 0.1)[0], old.step(0.1 * k, 0.1)) == OK
+        assert (old.get(names) == new.get(names)[1]).all()
+    _, is_over, last = new.step(0.4, 1.0)
+    assert is_over
+    assert old.step(0.4, 1.0) == DISCARD
+    assert old.last() == (last, True)
+    old.call("FreeInstance")

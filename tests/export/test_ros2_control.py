@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import shutil
+import tempfile
 from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
+from hypothesis import given
 
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import InputError, load
 from hybrid_dynamics_core.export import to_ros2_control
+from hybrid_dynamics_core.formats.c.states import random_states
 from hybrid_dynamics_core.formats.output_files import write_folder
 from hybrid_dynamics_core.formats.ros2_control.sides import sides_of
+from tests.generated.case import Case
+from tests.generated.class_three import class_three
+from tests.generated.robots import examples
 from tests.sampling import swept
 
 from .c_builds import WARNINGS, needs_compiler, run
@@ -257,3 +264,109 @@ joints:
 active: [x]
 end_effector: {link: pole}
 """
+
+
+@examples(24)
+@given(class_three())
+def test_both_sides_of_random_robots_are_one_motion(case: Case) -> None:
+    """The same places and rates from the joints as from the drives, and the same power."""
+    robot = case.robot
+    try:
+        sides = sides_of(robot)
+    except InputError as error:
+        assert "one drive for each" in str(error)  # noqa: PT017 - nothing else is refused
+        return
+    rng = np.random.default_rng(0)
+    order = sides.order
+    for _, state in random_states(robot, 5, rng):
+        rates = state.R[sides.joints_in_drives]
+        if np.linalg.cond(rates) > 1e3:
+            continue
+        near = sides.joints.close(sides.joints.reference)
+        back = sides.joints.close(
+            state.s[sides.joints_in_drives], rates @ state.du, near=near, check=False
+        )
+        if not back.singularity > 0.05:  # assembly modes meet there
+            continue
+        assert back.status == 0
+        assert np.abs(back.s - state.s[order]).max() <= 1e-9
+        assert np.abs(back.ds - state.ds[order]).max() <= 1e-7
+        tau = rng.uniform(-1.0, 1.0, state.n)
+        forces = np.zeros(len(state.s))
+        forces[sides.drives_in_joints] = tau
+        along_joints = back.R.T @ forces
+        power = tau @ state.du
+        assert along_joints @ back.du == pytest.approx(power, abs=1e-7 * (1.0 + abs(power)))
+
+
+@needs_compiler
+@pytest.mark.timeout(900)
+@pytest.mark.sweep(sample="test_both_sides_of_random_robots_are_one_motion")
+@examples(6)
+@given(class_three())
+def test_packages_of_random_robots_have_the_numbers_of_the_library(case: Case) -> None:
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "package"
+        write_folder(to_ros2_control(case.robot), folder)
+        count = int(run(folder, str(built(folder, "test/test_core.cpp"))).split()[0])
+        assert count <= 10
+
+
+CRANK = """format: 1
+name: crank
+gravity: [0, 0, 0]
+links:
+  base: {}
+  crank: {mass: 1, com: [0.1, 0, 0], inertia: {rod: {axis: x, length: 0.2}}}
+  rod: {mass: 1, com: [0.25, 0, 0], inertia: {rod: {axis: x, length: 0.5}}}
+  ram: {mass: 1}
+joints:
+  a: {type: revolute, parent: base, child: crank, axis: z}
+  b: {type: revolute, parent: crank, child: rod, axis: z, origin: {xyz: [0.2, 0, 0]}}
+  x: {type: prismatic, parent: base, child: ram, axis: x}
+closures:
+  cl: {kind: planar, between: {rod: [0.5, 0, 0], ram: [0, 0, 0]}}
+active: [a]
+end_effector: {link: ram}
+reference: {a: 0.5, b: -0.7, x: 0.66}
+"""
+TOGGLE = """
+#include <cstdio>
+#include "crank_ros2_control/core.hpp"
+using namespace crank_ros2_control;
+int main()
+{
+  TransmissionCore core(false);
+  Values drive, joint, back;
+  drive.has_position = true;
+  for (const double a : {0.5, 0.2, -0.2}) {
+    drive.position = {a};
+    drive.effort = {1.0};
+    drive.has_effort = false;
+    const int placed = core.to_joints(drive, joint);
+    drive.has_effort = true;
+    Values pushed;
+    const int turned = core.to_joints(drive, pushed);
+    const int commanded = core.to_drives(joint, back);
+    std::printf("%d %.6f, %d, %d\\n", placed, joint.position[0], turned, commanded);
+  }
+  return 0;
+}
+"""
+
+
+@needs_compiler
+@pytest.mark.sweep(sample="test_commands_stay_within_limits_and_none_is_none")
+def test_behind_a_toggle_joints_do_not_determine_the_drives(tmp_path: Path) -> None:
+    """The ram has the same place on both sides of the dead centre of its crank, a = 0."""
+    file = tmp_path / "crank.yaml"
+    file.write_text(CRANK, encoding="utf-8")
+    folder = tmp_path / "package"
+    write_folder(to_ros2_control(load(file)), folder)
+    (folder / "toggle.cpp").write_text(TOGGLE, encoding="utf-8")
+    said = run(folder, str(built(folder, "toggle.cpp"))).splitlines()
+    jump = 3
+    places = 0.2 * np.cos([0.5, 0.2]) + np.sqrt(0.25 - (0.2 * np.sin([0.5, 0.2])) ** 2)
+    assert said[0] == f"0 {places[0]:.6f}, 0, 0"
+    assert said[1] == f"0 {places[1]:.6f}, 0, 0"
+    assert said[2] == f"0 {places[1]:.6f}, {jump}, {jump}"

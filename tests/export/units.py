@@ -108,3 +108,58 @@ class Unit3:
 
 def pointer(values: np.ndarray) -> object:
     return values.ctypes.data_as(POINTER(c_double))
+
+
+class Callbacks2(ctypes.Structure):
+    """The functions that an importer of FMI 2.0 lends to a unit."""
+
+    _fields_ = (
+        ("log", c_void_p),
+        ("allocate", c_void_p),
+        ("release", c_void_p),
+        ("finished", c_void_p),
+        ("environment", c_void_p),
+    )
+
+
+class Unit2:
+    """A unit of FMI 2.0 for co-simulation; it is said nothing, and takes memory from C."""
+
+    def __init__(self, folder: Path) -> None:
+        root = described(folder)
+        self.references: dict[str, int] = {}
+        for variable in root.find("ModelVariables"):
+            self.references[variable.get("name")] = int(variable.get("valueReference"))
+        library = next((folder / "binaries").rglob(f"{root.get('modelName')}.*"))
+        self.library = ctypes.CDLL(str(library))
+        c = ctypes.CDLL(None)
+        lent = [ctypes.cast(function, c_void_p) for function in (c.calloc, c.free)]
+        self.callbacks = Callbacks2(None, *lent, None, None)
+        create = self.library.fmi2Instantiate
+        create.restype = c_void_p
+        mark = root.get("guid").encode()
+        self.instance = create(b"one", 1, mark, None, byref(self.callbacks), 0, 0)
+
+    def call(self, name: str, *arguments: object) -> int:
+        return getattr(self.library, f"fmi2{name}")(c_void_p(self.instance), *arguments)
+
+    def start(self) -> int:
+        none = c_double(0.0)
+        first = self.call("SetupExperiment", 1, c_double(1e-9), none, 0, none)
+        return max(first, self.call("EnterInitializationMode"), self.call("ExitInitializationMode"))
+
+    def step(self, time: float, length: float) -> int:
+        return self.call("DoStep", c_double(time), c_double(length), 1)
+
+    def get(self, names: Sequence[str]) -> np.ndarray:
+        references = (c_uint32 * len(names))(*(self.references[name] for name in names))
+        numbers = (c_double * len(names))()
+        assert self.call("GetReal", references, c_size_t(len(names)), numbers) == OK
+        return np.array(numbers)
+
+    def last(self) -> tuple[float, bool]:
+        """The time that the last step came to, and whether the unit wants to end."""
+        time, over = c_double(), c_int()
+        assert self.call("GetRealStatus", 2, byref(time)) == OK
+        assert self.call("GetBooleanStatus", 3, byref(over)) == OK
+        return time.value, bool(over.value)

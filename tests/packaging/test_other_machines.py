@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TypeGuard
 
 import pytest
+import yaml
 
 from hybrid_dynamics_core.ground.worker_limits import IDLE, environment
 
@@ -117,3 +118,10 @@ def test_workers_get_what_windows_needs(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setenv("SYSTEMROOT", "C:\\Windows")
     monkeypatch.setenv("SECRET", "1")
     assert environment({"A": "b"}) == {"SYSTEMROOT": "C:\\Windows", "A": "b"}
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / ".github").glob("**/*.yml")), ids=lambda x: x.name)
+def test_workflows_can_be_read(path: Path) -> None:
+    jobs = yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"]
+    for job in jobs.values():
+        assert all("uses" in step or "run" in step for step in job["steps"])

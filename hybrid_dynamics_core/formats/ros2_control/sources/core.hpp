@@ -53,6 +53,16 @@ inline int follow(const Model & model, const Vector & u, Configuration & guess)
   return JUMP;
 }
 
+/// Whether two closed configurations are one: at the same u they differ by rounding, or by mode.
+inline bool are_same(const Configuration & a, const Configuration & b)
+{
+  double largest = 0.0;
+  for (std::size_t k = 0; k < NS; ++k) {
+    largest = std::max(largest, std::abs(a[k] - b[k]));
+  }
+  return largest < 1e-6;
+}
+
 /// Positions, velocities and efforts of one side, and which of them there are.
 struct Values
 {
@@ -108,7 +118,10 @@ public:
     const Vector q = moves ? joints.position : head(of_joints_model(measured_));
     const Vector dq = turns ? joints.velocity : Vector{};
     Values result;
-    int status = follow(joints_model, q, inner);
+    int status = same_mode(inner);
+    if (status == OK) {
+      status = follow(joints_model, q, inner);
+    }
     if (status == OK) {
       status = joints_model.close(q.data(), dq.data(), inner.data(), closed.data(), ds.data());
     }
@@ -165,6 +178,15 @@ private:
     return result;
   }
 
+  /// OK if the joints' model has a configuration in its assembly mode: behind a toggle, where a
+  /// drive pulls its rod straight, joints do not say on which side of it the loop is.
+  static int same_mode(const Configuration & inner)
+  {
+    Configuration found = inner;
+    const int status = follow(joints_model, head(inner), found);
+    return status == OK && !are_same(found, inner) ? JUMP : status;
+  }
+
   /// Efforts along the coordinates of a model that do the work of efforts along other ones.
   static int turned(
     const Model & model, Configuration at, const std::array<std::size_t, N> & places,
@@ -175,7 +197,10 @@ private:
       forces[places[k]] = efforts[k];
     }
     const Vector u = head(at);
-    return model.generalised_forces(u.data(), forces.data(), at.data(), result.data());
+    const Configuration before = at;
+    const int status =
+      model.generalised_forces(u.data(), forces.data(), at.data(), result.data());
+    return status == OK && !are_same(at, before) ? JUMP : status;
   }
 
   /// Keep commands of the drives within their limits; velocities keep their direction.
