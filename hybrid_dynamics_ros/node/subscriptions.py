@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
 from typing import Final
@@ -14,11 +14,13 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 
 from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.filtering import Sensor
 
 from ..messages import conversions
+from ..messages.imu import sample_of_imu
 from ..messages.joint_samples import (
     JointSample,
     RejectedError,
@@ -29,6 +31,7 @@ from ..messages.joint_samples import (
 )
 from ..messages.odometry import sample_of_odometry
 from ..messages.pressures import sample_of_pressures
+from ..messages.sensor_topics import SensorReading, inertial_readings, joint_readings
 from ..parameters import (
     INPUT_DEPTH,
     INPUT_QOS,
@@ -37,6 +40,7 @@ from ..parameters import (
     PASS_THROUGH,
     ParameterError,
 )
+from ..stream.estimates.sensor_input import SensorInput
 from ..stream.filter.filter import StampEvent
 from ..stream.floating.base import OdometryInput
 from ..stream.rate_limit import ThrottledLog
@@ -89,6 +93,18 @@ class Stream:
         if odometry is not None:
             kind = odometry_type()
             self._subscribe(kind, odometry.topic, partial(self._take_odometry, odometry, kind))
+
+        if self._runtime.sensors is not None:
+            self._subscribe_sensors(self._runtime.sensors)
+
+    def _subscribe_sensors(self, sensors: SensorInput) -> None:
+        """Subscribe to the topics of IMUs and other sensors, whose estimates are the input."""
+        for topic, carried in sensors.topics.inertial.items():
+            read = partial(_inertial, carried)
+            self._subscribe(Imu, topic, partial(self._take_readings, sensors, read))
+        for topic, carried in sensors.topics.joints.items():
+            read = partial(_joints, carried)
+            self._subscribe(JointState, topic, partial(self._take_readings, sensors, read))
 
     def check_connections(self) -> None:
         """Log publishers and subscriptions of other nodes with incompatible QoS."""
@@ -201,6 +217,28 @@ class Stream:
             self._refuse(rejection)
         return rejection is None
 
+    def _take_readings(
+        self, sensors: SensorInput, read: Callable[[bytes], list[SensorReading]], message: bytes
+    ) -> bool:
+        """Take readings, and process the joints that they give; False if they are unusable."""
+        start = time.perf_counter()
+        rejection = oversized(len(message))
+        try:
+            if rejection is None:
+                with self._runtime.lock:
+                    sample = sensors.take(read(message))
+                if sample is None:
+                    return True
+                rejection = self._answer(sample)
+        except RejectedError as error:
+            rejection = error.rejection
+        except Exception:  # noqa: BLE001 - as in `_attempt`
+            rejection = _fault()
+        if rejection is not None:
+            self._refuse(rejection)
+        self._runtime.monitor.answered(time.perf_counter() - start)
+        return rejection is None
+
     def _attempt(self, read: Read, message: bytes) -> Rejection | None:
         """Process a message, or return the rejection; it is counted once in any case."""
         pipeline = self._runtime.pipeline
@@ -270,6 +308,18 @@ class Stream:
 def _fault() -> Rejection:
     """The rejection for the exception that is being handled."""
     return Rejection(RejectionCode.INTERNAL, traceback.format_exc())
+
+
+def _inertial(sensors: Sequence[Sensor], message: bytes) -> list[SensorReading]:
+    return inertial_readings(sensors, sample_of_imu(deserialize_message(message, Imu)))
+
+
+def _joints(sensors: Sequence[Sensor], message: bytes) -> list[SensorReading]:
+    sample = conversions.sample_of_state(deserialize_message(message, JointState))
+    if sample.stamp_ns < 0:
+        text = f"stamp is {sample.stamp_ns} ns, expected 0 or more"
+        raise RejectedError(RejectionCode.BAD_STAMP, text)
+    return joint_readings(sensors, sample)
 
 
 def odometry_type() -> type:

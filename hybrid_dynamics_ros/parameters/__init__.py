@@ -20,6 +20,9 @@ from .diagnostics import (
 from .frames import BASE_FRAME, FRAME_PREFIX, TF_TARGETS
 from .inputs import (
     BANDWIDTH,
+    ESTIMATION_DELAY,
+    ESTIMATION_RATE,
+    ESTIMATION_SENSORS,
     FILTER_ROWS,
     FILTER_TYPE,
     INPUT_DEPTH,
@@ -62,6 +65,9 @@ __all__ = [
     "BEST_EFFORT",
     "DIAGNOSTICS_PERIOD",
     "EFFORT_TOLERANCE",
+    "ESTIMATION_DELAY",
+    "ESTIMATION_RATE",
+    "ESTIMATION_SENSORS",
     "FILTER_ROWS",
     "FILTER_TYPE",
     "FOLLOW_ACTION",

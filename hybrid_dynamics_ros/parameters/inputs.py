@@ -77,6 +77,27 @@ ODOMETRY: Final = Parameter[str](
     " stands at its reference.",
     kind=str,
 )
+ESTIMATION_SENSORS: Final = Parameter[str](
+    "estimation.sensors",
+    "",
+    "YAML file of sensors, as of `hybrid-dynamics estimate`. Their readings give the joint states,"
+    " which then go through the node as measured ones do. Empty: joints are measured.",
+    kind=str,
+)
+ESTIMATION_RATE: Final = Parameter[float](
+    "estimation.rate",
+    100.0,
+    "Most joint states a second that the readings of sensors give.",
+    unit="Hz",
+    bounds=(0.1, 10000.0),
+)
+ESTIMATION_DELAY: Final = Parameter[float](
+    "estimation.max_delay",
+    0.1,
+    "Readings of sensors that come later than this after newer ones are left out.",
+    unit="s",
+    bounds=(0.0, 10.0),
+)
 PASS_THROUGH: Final = Parameter[bool](
     "pass_through",
     False,
@@ -97,7 +118,9 @@ INPUT_DEPTH: Final = Parameter[int](
 
 ROWS: Final[tuple[Parameter[Any], ...]] = (
     *FILTER_ROWS,
-    *(PARTIAL_AGE, ODOMETRY, PASS_THROUGH),
+    *(PARTIAL_AGE, ODOMETRY),
+    *(ESTIMATION_SENSORS, ESTIMATION_RATE, ESTIMATION_DELAY),
+    PASS_THROUGH,
     *(INPUT_QOS, INPUT_DEPTH),
 )
 

@@ -39,6 +39,7 @@ from .conditions import (
     loads_of,
     odometry_of,
 )
+from .estimates.sensor_input import sensor_input_of
 from .monitor import Monitor
 from .pipeline import Pipeline
 from .rehearsal import Rehearsal, rehearse
@@ -73,6 +74,7 @@ class Runtime:
             kalman_of(settings),
             odometry_of(robot, settings),
         )
+        self.sensors = sensor_input_of(robot, measured, settings)
         self.evaluator = self.pipeline.evaluator
         self.monitor = Monitor(StrokeMargins(robot))
         self.lock = threading.RLock()  # for the stream and for calls with changes
@@ -224,6 +226,8 @@ class Runtime:
         self.pipeline.tool.reset()
         if self.pipeline.odometry is not None:
             self.pipeline.odometry.clear()
+        if self.sensors is not None:
+            self.sensors.clear()
         self.result = None
 
     def _warm_up(self) -> None:

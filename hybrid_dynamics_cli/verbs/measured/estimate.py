@@ -20,11 +20,19 @@ from hybrid_dynamics_core.filtering import (
 from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
-from ..bags.common import LOST, PATH, robot_option, span_of, span_options, tell_losses, topic_option
-from ..output import show, table, written
-from ..parameters import json_option, loaded
-from ..writing import overwrite_option, place_for, read_by
-from .bag import missing
+from ...bags.common import (
+    LOST,
+    PATH,
+    robot_option,
+    span_of,
+    span_options,
+    tell_losses,
+    topic_option,
+)
+from ...output import show, table, written
+from ...parameters import json_option, loaded
+from ...writing import overwrite_option, place_for, read_by
+from ..bag import missing
 
 if TYPE_CHECKING:
     from hybrid_dynamics_ros.bags.analysis.sensor_table import SensorData

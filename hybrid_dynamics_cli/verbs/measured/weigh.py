@@ -18,10 +18,18 @@ from hybrid_dynamics_core.estimation import (
 from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 from hybrid_dynamics_core.ground.units import effort_unit
 
-from ..bags.common import LOST, PATH, robot_option, span_of, span_options, tell_losses, topic_option
-from ..output import number, show, table
-from ..parameters import frame_option, json_option, loaded
-from .bag import missing
+from ...bags.common import (
+    LOST,
+    PATH,
+    robot_option,
+    span_of,
+    span_options,
+    tell_losses,
+    topic_option,
+)
+from ...output import number, show, table
+from ...parameters import frame_option, json_option, loaded
+from ..bag import missing
 
 if TYPE_CHECKING:
     from hybrid_dynamics_ros.bags.measured_file import Measurements
