@@ -72,7 +72,9 @@ class AdjustableRobot:
         Raises:
             InputError, DescriptionError: as in `load`.
         """
-        self.name = robot if isinstance(robot, str) else os.fspath(robot)
+        self.name = os.fspath(robot)
+        if isinstance(robot, str):
+            self.name = robot  # with its options
         self.robot = load(robot)
         self.written = written_of(self.robot.description)
         plain = self.written.document.copy()
@@ -131,7 +133,8 @@ class AdjustableRobot:
         if not isinstance(path[-1], int) or has_entry(self._document(path).data, path):
             return []
         if outer[-1] == "axis":
-            axis: list[float] = unit_axis(entry_at(self._document(path).data, outer)).tolist()
+            letter = entry_at(self._document(path).data, outer)
+            axis: list[float] = unit_axis(letter).tolist()
             return axis
         if outer[0] == "modules":
             return self._values_of_legs(outer)
@@ -184,7 +187,9 @@ class AdjustableRobot:
         match = _PIN.fullmatch(name)
         if match is None:
             return name
-        loop = self._document(("loops", match["loop"])).entries("loops").get(match["loop"], {})
+        document = self._document(("loops", match["loop"]))
+        loops = document.entries("loops")
+        loop = loops.get(match["loop"], {})
         role = match["role"]
         if role in loop.get("pin", {}) or role not in loop:
             return name
@@ -221,9 +226,11 @@ class AdjustableRobot:
     def _unit_in_template(self, path: KeyPath) -> str:
         """The unit of a module's parameter, as its template says."""
         template = self._template(path)
+        legs = template.get("legs", {})
         parameters: Data = dict(template.get("parameters", {}))
-        parameters |= template.get("legs", {}).get("parameters", {})
-        about = parameters.get(str(path[3]), {}).get("about", "")
+        parameters |= legs.get("parameters", {})
+        entry = parameters.get(str(path[3]), {})
+        about = entry.get("about", "")
         match = _UNIT.search(about)
         return "" if match is None else match[1]
 
@@ -246,13 +253,19 @@ class AdjustableRobot:
         path: KeyPath = ("joints", match["joint"], "axis")
         vector = unit_axis(entry_at(after.data, path))
         in_file, note = after.as_written(path)
-        place: Place = "expanded" if note else "file"
-        chosen = range(3) if match["index"] is None else [int(match["index"])]
+        place: Place = "expanded"
+        if not note:
+            place = "file"
+            path = in_file
+        chosen = [0, 1, 2]
+        if match["index"] is not None:
+            chosen = [int(match["index"])]
         parameters: list[FreeParameter] = []
         for k in chosen:
-            full = (*(path if note else in_file), k)
             label = f"joints.{match['joint']}.axis[{k}]"
-            parameters.append(FreeParameter(label, place, full, float(vector[k]), "rad"))
+            start = float(vector[k])
+            parameter = FreeParameter(label, place, (*path, k), start, "rad")
+            parameters.append(parameter)
         return parameters
 
     def _module_default(self, name: str) -> list[FreeParameter]:
@@ -304,5 +317,6 @@ def _base_poses(name: str) -> list[FreeParameter]:
         for k in range(3):
             label = f"base.{key}[{k}]"
             if name in (label, f"base.{key}"):
-                parameters.append(FreeParameter(label, "base", (key, k), 0.0, unit))
+                parameter = FreeParameter(label, "base", (key, k), 0.0, unit)
+                parameters.append(parameter)
     return parameters

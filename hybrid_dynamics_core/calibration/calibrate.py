@@ -156,6 +156,7 @@ class _Results:
         scales = self.fitter.scales
         prior = self.fitter.deviation
         values = fitted.predicted.values
+        variance = self.factor**2
         described = machine.adjustable.described(machine.parameters, values)
         return Calibration(
             parameters=self._estimates(),
@@ -164,7 +165,7 @@ class _Results:
             unseen=tuple(unseen_combinations(names, fitted.covariance, scales, prior)),
             outliers=tuple(self._outliers()),
             misfits=self._misfits(),
-            covariance=self.factor**2 * fitted.covariance / np.outer(scales, scales),
+            covariance=variance * fitted.covariance / np.outer(scales, scales),
             residuals=fitted.predicted.differences,
             components=self._components(),
             measured=self._measured(),
@@ -189,12 +190,14 @@ class _Results:
         is_certain = all(self.fitted.noise.is_given) and self.factor == 1.0
         if is_certain:
             return float(stats.norm.isf(tail))
-        return float(stats.t.isf(tail, max(self.fitted.freedom, 1.0)))
+        freedom = max(self.fitted.freedom, 1.0)
+        return float(stats.t.isf(tail, freedom))
 
     def _estimates(self) -> dict[str, Estimate]:
         covariance = self.fitted.covariance
         is_shown = identifiable(covariance, self.fitter.deviation)
-        deviations = self.factor * np.sqrt(np.diag(covariance)) / self.fitter.scales
+        natural = np.sqrt(np.diag(covariance))
+        deviations = self.factor * natural / self.fitter.scales
         quantile = self._quantile()
         estimates: dict[str, Estimate] = {}
         values = self.fitted.predicted.values.tolist()
@@ -239,13 +242,17 @@ class _Results:
         """Residuals (N, c) of each row, with the parameters from all other rows."""
         fitted = self.fitted
         rows = fitted.rows
-        hats = rows @ fitted.covariance @ np.swapaxes(rows, 1, 2)
+        transposed = np.swapaxes(rows, 1, 2)
+        hats = rows @ fitted.covariance @ transposed
         count = hats.shape[1]
         shares = np.eye(count) - hats
         shares += LEAST_FREE * np.eye(count)
-        without_row = np.linalg.solve(shares, fitted.normalised[..., None])[..., 0]
-        weights = np.where(fitted.weights > 0.0, fitted.weights, np.nan)
-        return np.asarray(without_row * fitted.noise.by_component / weights)
+        residuals = fitted.normalised[..., None]
+        without_row = np.linalg.solve(shares, residuals)[..., 0]
+        is_used = fitted.weights > 0.0
+        weights = np.where(is_used, fitted.weights, np.nan)
+        factors = fitted.noise.by_component / weights
+        return np.asarray(without_row * factors)
 
     def _measured(self) -> tuple[str, ...]:
         columns: list[str] = []

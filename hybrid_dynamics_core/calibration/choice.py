@@ -79,7 +79,8 @@ def choose_poses(
     number = integer("count", count)
     if number > len(table.lines):
         raise InputError(f"count: {number} poses of {len(table.lines)} candidates")
-    measured = tuple(name for name in table.columns if name not in machine.robot.coordinates)
+    coordinates = machine.robot.coordinates
+    measured = tuple(name for name in table.columns if name not in coordinates)
     if after is not None:
         measured = after.measured
     observations = planned(machine, table, measured or POINT)
@@ -105,7 +106,9 @@ def planned(machine: Machine, table: Table, measured: Sequence[str]) -> Observat
         if name in table.columns:
             columns[name] = table.columns[name]
     for name in measured:
-        columns[name] = np.full(count, 1.0 if name.endswith(".qw") else 0.0)
+        columns[name] = np.zeros(count)
+        if name.endswith(".qw"):
+            columns[name] += 1.0
     observations = observe(machine, replace(table, columns=columns))
     posed = observations.closed.poses()
     exact = tuple(quantity.predicted(posed) for quantity in observations.quantities)
@@ -117,7 +120,8 @@ def _information(sensitivity: Sensitivity, observations: Observations, sigma: Si
     start = sensitivity.at_start()
     noise = noise_of(observations.quantities, sigma, start.differences)
     rows = sensitivity.jacobian(start) / noise.by_component[:, None]
-    return np.asarray(np.swapaxes(rows, 1, 2) @ rows)
+    transposed = np.swapaxes(rows, 1, 2)
+    return np.asarray(transposed @ rows)
 
 
 def _start(sensitivity: Sensitivity, after: Calibration | None) -> Array:
@@ -125,8 +129,10 @@ def _start(sensitivity: Sensitivity, after: Calibration | None) -> Array:
     scales = sensitivity.scales
     if after is None:
         deviation = PRIOR * sensitivity.reach
-        return np.asarray(np.eye(len(scales)) / deviation**2)
-    if list(after.parameters) != [one.name for one in sensitivity.machine.parameters]:
+        unit = np.eye(len(scales))
+        return np.asarray(unit / deviation**2)
+    names = [one.name for one in sensitivity.machine.parameters]
+    if list(after.parameters) != names:
         raise InputError("after: is a calibration of other parameters")
     natural = after.covariance * np.outer(scales, scales)
     return np.asarray(np.linalg.inv(natural))
@@ -167,9 +173,10 @@ def exchanged(rows: Array, start: Array, chosen: list[int]) -> list[int]:
 def _log_determinants(matrices: Array) -> Array:
     """Logarithms (N,) of determinants (N, k, k), whatever their units."""
     diagonals = np.sqrt(np.einsum("nii->ni", matrices))
-    scaled = matrices / diagonals[:, :, None] / diagonals[:, None, :]
-    _, logarithms = np.linalg.slogdet(scaled)
-    return np.asarray(logarithms + 2.0 * np.log(diagonals).sum(axis=1))
+    products = diagonals[:, :, None] * diagonals[:, None, :]
+    _, logarithms = np.linalg.slogdet(matrices / products)
+    of_diagonals = 2.0 * np.log(diagonals).sum(axis=1)
+    return np.asarray(logarithms + of_diagonals)
 
 
 def _deviations(sensitivity: Sensitivity, information: Array) -> dict[str, float]:
@@ -181,4 +188,5 @@ def _deviations(sensitivity: Sensitivity, information: Array) -> dict[str, float
 
 
 def _pose(observations: Observations, row: int) -> dict[str, float]:
-    return dict(zip(observations.given, observations.readings[row].tolist(), strict=True))
+    values = observations.readings[row].tolist()
+    return dict(zip(observations.given, values, strict=True))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array
-from .machine import OpenLoopError
+from .closed_rows import OpenLoopError
 from .noise import Noise
 from .sensitivity import Predicted, Sensitivity
 

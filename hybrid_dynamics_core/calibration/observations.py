@@ -11,8 +11,9 @@ from ..errors import InputError, StateError
 from ..ground.arrays import Array
 from ..ground.suggestions import suggestion
 from ..ground.units import coordinate_unit
+from .closed_rows import ClosedRows, PosedRows
 from .data_file import Table
-from .machine import ClosedRows, Machine, PosedRows
+from .machine import Machine
 from .quantities import Coordinate, Distance, Inclination, Orientation, Point, Quantity
 
 TOOL = "tool"  # name of the end effector in columns

@@ -6,6 +6,7 @@ taken back by their studentised residuals, as in `identification/outliers.py`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -22,6 +23,7 @@ CAUCHY = 2.4  # deviations at which a residual has half the weight in the robust
 HUBER = 1.345  # deviations up to which a residual has full weight
 STEPS = 12  # iterations of the robust start
 ROUNDS = 12  # of leaving rows out and taking them back
+STILL = 0.01  # of a deviation: change of a parameter that has converged
 LEAST_FREE = 1e-6  # 1 - leverage below which a component alone determines a parameter
 
 
@@ -51,15 +53,17 @@ def without_outliers(fitter: Fitter, fitted: Fitted, owners: Array, loss: Loss) 
     """
     if loss == "linear" or not outliers_of(fitter, fitted, owners):
         return fitted
-    robust = _robust(fitter, fitted, HUBER if loss == "huber" else CAUCHY, loss)
     if loss == "huber":
-        return robust
-    excluded: Mask = _excluded(fitter, robust, owners)
+        return _robust(fitter, fitted, _huber_weights)
+    robust = _robust(fitter, fitted, _cauchy_weights)
+    excluded = _excluded(fitter, robust, owners)
     for _ in range(ROUNDS):
         weights = _base_weights(fitter) * ~excluded
-        if int((weights > 0.0).sum()) < len(fitter.start):
+        used = int(np.count_nonzero(weights))
+        if used < len(fitter.start):
             return fitted
-        robust = fitter.settled(fitter.with_weights(robust, weights))
+        weighted = fitter.with_weights(robust, weights)
+        robust = fitter.settled(weighted)
         before = excluded
         excluded = _excluded(fitter, robust, owners)
         if np.array_equal(before, excluded):
@@ -69,11 +73,12 @@ def without_outliers(fitter: Fitter, fitted: Fitted, owners: Array, loss: Loss) 
 
 def outliers_of(fitter: Fitter, fitted: Fitted, owners: Array) -> list[Outlier]:
     """Measurements beyond the limit of noise in a fit."""
-    sizes = np.abs(studentised(fitter, fitted))
-    limit = _limit(fitter, fitted)
+    sizes = studentised_sizes(fitter, fitted)
+    limit = _limit(fitter, sizes)
     outliers: list[Outlier] = []
-    for quantity in np.unique(owners):
-        largest = sizes[:, owners == quantity].max(axis=1)
+    for quantity in np.unique(owners).tolist():
+        mine = owners == quantity
+        largest = sizes[:, mine].max(axis=1)
         rows = np.flatnonzero(largest > limit).tolist()
         outliers += [Outlier(row, int(quantity), float(largest[row])) for row in rows]
     return sorted(outliers, key=_row)
@@ -83,56 +88,78 @@ def _row(outlier: Outlier) -> int:
     return outlier.row
 
 
-def studentised(fitter: Fitter, fitted: Fitted) -> Array:
-    """Residuals of the fit to all other components over their deviation (N, c)."""
-    base = _base_weights(fitter)
-    residuals = np.nan_to_num(fitted.predicted.differences) / fitted.noise.by_component * base
-    rows = fitted.jacobian * (base / fitted.noise.by_component)[..., None]
+def studentised_sizes(fitter: Fitter, fitted: Fitted) -> Array:
+    """Sizes (N, c) of residuals of the fit to all other components, over their deviation."""
+    factors = _base_weights(fitter) / fitted.noise.by_component
+    residuals = np.nan_to_num(fitted.predicted.differences) * factors
+    rows = fitted.jacobian * factors[..., None]
     leverage = np.einsum("nci,ij,ncj->nc", rows, fitted.covariance, rows)
     is_used = fitted.weights > 0.0
-    variance = np.where(is_used, np.maximum(1.0 - leverage, LEAST_FREE), 1.0 + leverage)
-    return np.asarray(residuals / np.sqrt(variance))
+    of_used = np.maximum(1.0 - leverage, LEAST_FREE)
+    variance = np.where(is_used, of_used, 1.0 + leverage)
+    sizes: Array = np.abs(residuals) / np.sqrt(variance)
+    return sizes
 
 
 def _base_weights(fitter: Fitter) -> Array:
     """Weights without any rejection (N, c)."""
-    return np.asarray(fitter.measured * fitter.row_weights[:, None])
+    weights: Array = fitter.measured * fitter.row_weights[:, None]
+    return weights
 
 
-def _limit(fitter: Fitter, fitted: Fitted) -> float:
-    """Size of a studentised residual that noise does not reach.
+def _scatter(fitter: Fitter, sizes: Array) -> float:
+    """The deviation of studentised residuals by their median, and at least 1.
 
     Where the robot fits worse than the given noise, its own scatter counts.
     """
-    sizes = np.abs(studentised(fitter, fitted))[fitter.measured]
-    scatter = float(np.median(sizes) / stats.norm.ppf(0.75))
-    tail = 0.5 * CASES / max(len(sizes), 1)
-    return float(stats.norm.isf(tail)) * max(1.0, scatter)
+    measured = sizes[fitter.measured]
+    deviation = np.median(measured) / stats.norm.ppf(0.75)
+    return max(1.0, float(deviation))
+
+
+def _limit(fitter: Fitter, sizes: Array) -> float:
+    """Size of a studentised residual that noise does not reach."""
+    count = int(np.count_nonzero(fitter.measured))
+    tail = 0.5 * CASES / max(count, 1)
+    deviations = float(stats.norm.isf(tail))
+    return deviations * _scatter(fitter, sizes)
 
 
 def _excluded(fitter: Fitter, fitted: Fitted, owners: Array) -> Mask:
     """Components (N, c) of all outliers."""
     excluded: Mask = np.zeros(fitter.measured.shape, dtype=bool)
     for outlier in outliers_of(fitter, fitted, owners):
-        excluded[outlier.row, owners == outlier.quantity] = True
+        mine = owners == outlier.quantity
+        excluded[outlier.row, mine] = True
     return excluded
 
 
-def _robust(fitter: Fitter, fitted: Fitted, limit: float, loss: Loss) -> Fitted:
+def _huber_weights(sizes: Array) -> Array:
+    """Weights of residuals whose influence stays the same beyond a limit."""
+    beyond = np.maximum(sizes / HUBER, 1.0)
+    weights: Array = np.sqrt(1.0 / beyond)
+    return weights
+
+
+def _cauchy_weights(sizes: Array) -> Array:
+    """Weights of residuals whose influence falls to zero."""
+    ratio = sizes / CAUCHY
+    weights: Array = 1.0 / np.sqrt(1.0 + ratio**2)
+    return weights
+
+
+def _robust(fitter: Fitter, fitted: Fitted, weights_of: Callable[[Array], Array]) -> Fitted:
     """The fit with weights that fall with the residuals."""
     base = _base_weights(fitter)
     for _ in range(STEPS):
-        sizes = np.abs(studentised(fitter, fitted))
-        scatter = float(np.median(sizes[fitter.measured]) / stats.norm.ppf(0.75))
-        ratio = sizes / (limit * max(1.0, scatter))
-        if loss == "huber":
-            factors = np.sqrt(1.0 / np.maximum(ratio, 1.0))
-        else:
-            factors = 1.0 / np.sqrt(1.0 + ratio**2)
+        sizes = studentised_sizes(fitter, fitted)
+        scatter = _scatter(fitter, sizes)
+        weights = base * weights_of(sizes / scatter)
         before = fitted.predicted.values
-        fitted = fitter.minimised(fitter.with_weights(fitted, base * factors))
-        change = np.abs((fitted.predicted.values - before) * fitter.scales)
-        deviations = np.sqrt(np.diag(fitted.covariance))
-        if (change < 0.01 * deviations).all():
+        weighted = fitter.with_weights(fitted, weights)
+        fitted = fitter.minimised(weighted)
+        change = (fitted.predicted.values - before) * fitter.scales
+        variances = np.diag(fitted.covariance)
+        if (np.abs(change) < STILL * np.sqrt(variances)).all():
             break
     return fitted

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..algebra.rotations import quaternion, rotation_matrix
 from ..ground.arrays import Array
-from .machine import PosedRows
+from .closed_rows import PosedRows
 
 TURN = 2.0 * np.pi  # [rad]
 SMALL = 1e-12  # sine of an angle below which its axis does not matter
@@ -53,8 +53,8 @@ class Quantity(ABC):
 
     def predicted(self, posed: PosedRows) -> Array:
         """The columns (N, columns) that the model predicts."""
-        zeros = np.zeros((len(posed.closed.s), len(self.columns)))
-        return self.difference(posed, zeros)
+        shape = (posed.count, len(self.columns))
+        return self.difference(posed, np.zeros(shape))
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,8 @@ class Point(Quantity):
     def difference(self, posed: PosedRows, measured: Array) -> Array:
         """Differences along the measured axes [m]."""
         _, origin = posed.frame(self.frame)
-        return np.asarray(origin[:, list(self.axes)] - measured)
+        predicted = origin[:, self.axes]
+        return np.asarray(predicted - measured)
 
 
 @dataclass(frozen=True)
@@ -90,10 +91,11 @@ class Orientation(Quantity):
         """The rotation vector from the measured to the predicted orientation (N, 3) [rad]."""
         rotation, _ = posed.frame(self.frame)
         norms = np.linalg.norm(measured, axis=1)
-        x, y, z, w = (measured / norms[:, None]).T
-        rows = rotation_matrix((x, y, z, w))
-        measured_rotation = np.moveaxis(np.array(rows), 2, 0)
-        return rotation_vectors(rotation @ np.swapaxes(measured_rotation, 1, 2))
+        unit = measured / norms[:, None]
+        x, y, z, w = unit.T
+        rows = np.array(rotation_matrix((x, y, z, w)))
+        transposed = np.transpose(rows, (2, 1, 0))
+        return rotation_vectors(rotation @ transposed)
 
 
 @dataclass(frozen=True)
@@ -109,8 +111,10 @@ class Coordinate(Quantity):
 
     def difference(self, posed: PosedRows, measured: Array) -> Array:
         """Difference of the coordinate; angles within half a turn."""
-        gain = posed.closed.geometry.gains[self.index]
-        difference: Array = posed.closed.s[:, [self.index]] - gain * measured
+        closed = posed.closed
+        gain = closed.geometry.gains[self.index]
+        predicted = closed.s[:, [self.index]]
+        difference: Array = predicted - gain * measured
         if self.unit == "rad":
             difference -= TURN * np.rint(difference / TURN)
         return difference
@@ -145,7 +149,8 @@ class Inclination(Quantity):
         direction = rotation[:, :, self.axis]
         up = np.array(self.up)
         along = direction @ up
-        across = np.linalg.norm(np.cross(direction, up), axis=1)
+        sideways = np.cross(direction, up)
+        across = np.linalg.norm(sideways, axis=1)
         angle = np.arctan2(along, across)
         return np.asarray(angle[:, None] - measured)
 
@@ -153,9 +158,15 @@ class Inclination(Quantity):
 def rotation_vectors(rotation: Array) -> Array:
     """Rotation vectors (N, 3) [rad] of rotations (N, 3, 3)."""
     skew = rotation - np.swapaxes(rotation, 1, 2)
-    axis = 0.5 * np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
+    x = skew[:, 2, 1]
+    y = skew[:, 0, 2]
+    z = skew[:, 1, 0]
+    axis = 0.5 * np.stack([x, y, z], axis=1)
     sine = np.linalg.norm(axis, axis=1)
-    cosine = 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0)
-    angle = np.arctan2(sine, cosine)
-    factor = np.where(sine > SMALL, angle / np.maximum(sine, SMALL), 1.0)
-    return np.asarray(factor[:, None] * axis)
+    trace = np.trace(rotation, axis1=1, axis2=2)
+    angle = np.arctan2(sine, 0.5 * (trace - 1.0))
+    is_turned = sine > SMALL
+    ratio = angle / np.maximum(sine, SMALL)
+    factor = np.where(is_turned, ratio, 1.0)
+    vectors: Array = factor[:, None] * axis
+    return vectors

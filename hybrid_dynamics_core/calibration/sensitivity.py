@@ -13,7 +13,8 @@ import numpy as np
 from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array
 from .adjustable import FreeParameter
-from .machine import ClosedRows, Geometry, Machine, closed_near
+from .closed_rows import ClosedRows, Geometry, applied, closed_near, inverse_of, others
+from .machine import Machine
 from .observations import Observations
 
 STEP = 1e-5  # of the robot's reach: change of a parameter in a derivative
@@ -44,6 +45,7 @@ class Sensitivity:
         observations: the measured rows.
         given: indices of the given coordinates (n,).
         reach: largest distance of a joint from the base [m].
+        step: change of a parameter in a derivative, in natural units [m].
         scales: natural units (k,): a parameter times its scale is a length [m].
     """
 
@@ -51,9 +53,13 @@ class Sensitivity:
         self.machine = machine
         self.observations = observations
         coordinates = machine.robot.coordinates
-        self.given = np.array([coordinates.index(name) for name in observations.given], dtype=int)
-        self.reach = max(observations.closed.poses().extent(), TINY)
-        scales = [self.scale(k, parameter) for k, parameter in enumerate(machine.parameters)]
+        indices = [coordinates.index(name) for name in observations.given]
+        self.given = np.array(indices, dtype=int)
+        posed = observations.closed.poses()
+        self.reach = max(posed.extent(), TINY)
+        self.step = STEP * self.reach
+        numbered = enumerate(machine.parameters)
+        scales = [self.scale(k, parameter) for k, parameter in numbered]
         self.scales = np.array(scales)
 
     def scale(self, k: int, parameter: FreeParameter) -> float:
@@ -61,28 +67,34 @@ class Sensitivity:
         if parameter.place == "gain":
             return self.scale_of_gain(str(parameter.path[0]))
         unit = parameter.unit or self.unit_by_influence(k)
-        return self.reach if unit == "rad" else 1.0
+        if unit == "rad":
+            return self.reach
+        return 1.0
 
     def scale_of_gain(self, name: str) -> float:
         """The largest reading of an encoder [m], angles times the reach."""
         columns = self.observations.table.columns
         if name not in columns:
             raise InputError(f"free: joints.{name}.gain: the data have no column {name}")
-        largest = float(np.nanmax(np.abs(columns[name]), initial=0.0))
+        sizes = np.abs(columns[name])
+        largest = float(np.nanmax(sizes))
         if self.machine.robot.joint_types[name] == "revolute":
             largest *= self.reach
-        return max(largest, STEP * self.reach)
+        return max(largest, self.step)
 
     def unit_by_influence(self, k: int) -> str:
-        """`rad` for a parameter that turns frames without moving any, otherwise `m`."""
+        """`rad` for a parameter that turns frames more than it moves them, otherwise `m`."""
         before = self.observations.closed.geometry
-        after = self.moved(k, self.observations.values, STEP * self.reach)
+        after = self.moved(k, self.observations.values, self.step)
         turned = 0.0
         moved = 0.0
-        for body, other in zip(before.tree.bodies, after.tree.bodies, strict=True):
-            turned += float(np.abs(np.subtract(body.rotation, other.rotation)).max())
-            moved += float(np.abs(np.subtract(body.translation, other.translation)).max())
-        return "rad" if turned > moved else "m"
+        pairs = zip(before.tree.bodies, after.tree.bodies, strict=True)
+        for body, other in pairs:
+            turned += _largest(np.subtract(body.rotation, other.rotation))
+            moved += _largest(np.subtract(body.translation, other.translation))
+        if turned > moved:
+            return "rad"
+        return "m"
 
     # -- predictions
 
@@ -99,12 +111,20 @@ class Sensitivity:
             OpenLoopError: a row does not close.
         """
         geometry = self.machine.geometry(values)
-        closed = closed_near(geometry, near.closed, self.given, self.observations.readings)
+        coordinates = self.coordinates(geometry)
+        closed = closed_near(geometry, near.closed, self.given, coordinates)
         return self._predicted(values, closed)
 
     def _predicted(self, values: Array, closed: ClosedRows) -> Predicted:
-        differences = self.observations.differences(closed.poses())
+        posed = closed.poses()
+        differences = self.observations.differences(posed)
         return Predicted(values, closed, differences)
+
+    def coordinates(self, geometry: Geometry) -> Array:
+        """Values (N, n) of the given coordinates, from the readings of their encoders."""
+        gains = geometry.gains[self.given]
+        coordinates: Array = self.observations.readings * gains
+        return coordinates
 
     def moved(self, k: int, values: Array, change: float) -> Geometry:
         """The geometry with one parameter changed.
@@ -112,46 +132,71 @@ class Sensitivity:
         Raises:
             InputError: the parameter cannot change.
         """
-        others = values.copy()
-        others[k] += change
+        changed = values.copy()
+        changed[k] += change
         try:
-            return self.machine.geometry(others)
+            return self.machine.geometry(changed)
         except DescriptionError as error:
-            name = self.machine.parameters[k].name
-            raise InputError(f"free: {name} cannot be estimated: {error}") from error
+            raise self.fixed(k, str(error)) from error
+
+    def fixed(self, k: int, problem: str) -> InputError:
+        """The error for a parameter that cannot change."""
+        name = self.machine.parameters[k].name
+        return InputError(f"free: {name} cannot be estimated: {problem}")
 
     # -- derivatives
 
     def jacobian(self, at: Predicted) -> Array:
         """Derivatives (N, c, k) of the differences, per natural unit of each parameter [1/m].
 
+        They are zero where nothing was measured.
+
         Raises:
             InputError: a parameter cannot change, or only with open loops.
         """
-        s = at.closed.s
-        self.unknowns = np.setdiff1d(np.arange(s.shape[1]), self.given)
-        _, rows = at.closed.geometry.linearised(s, at.closed.charts)
-        in_unknowns = rows[:, :, self.unknowns]
-        inverse: Array = np.asarray(np.linalg.pinv(in_unknowns, rcond=1e-9), dtype=float)
+        motion = _Motion(self, at)
         columns: list[Array] = []
         for k in range(len(self.machine.parameters)):
-            ends = [self.changed(k, at, sign, in_unknowns, inverse) for sign in (1.0, -1.0)]
-            columns.append((ends[0] - ends[1]) / (2.0 * STEP * self.reach))
-        return np.nan_to_num(np.stack(columns, axis=2))
+            above = motion.differences(k, 1.0)
+            below = motion.differences(k, -1.0)
+            column = (above - below) / (2.0 * self.step)
+            columns.append(column)
+        jacobian = np.stack(columns, axis=2)
+        return np.nan_to_num(jacobian)
 
-    def changed(self, k: int, at: Predicted, sign: float, rows: Array, inverse: Array) -> Array:
-        """The differences (N, c) with one parameter changed by a step, to first order."""
-        change = sign * STEP * self.reach / float(self.scales[k])
-        geometry = self.moved(k, at.values, change)
-        s = at.closed.s.copy()
-        s[:, self.given] = self.observations.readings * geometry.gains[self.given]
-        gaps, _ = geometry.linearised(s, at.closed.charts)
-        step = (inverse @ gaps[..., None])[..., 0]
-        gap = np.abs(gaps - (rows @ step[..., None])[..., 0]).max(initial=0.0)
-        if gap > UNFIT * STEP:
-            name = self.machine.parameters[k].name
-            text = "the loops have more equations than unknowns, and close for one value only"
-            raise InputError(f"free: {name} cannot be estimated: {text}")
+
+class _Motion:
+    """Closed states that follow a parameter to first order."""
+
+    def __init__(self, sensitivity: Sensitivity, at: Predicted) -> None:
+        self.sensitivity = sensitivity
+        self.at = at
+        closed = at.closed
+        self.unknowns = others(sensitivity.given, closed.s)
+        _, rows = closed.geometry.linearised(closed.s, closed.charts)
+        self.rows = rows[:, :, self.unknowns]
+        self.inverse = inverse_of(self.rows)
+
+    def differences(self, k: int, sign: float) -> Array:
+        """The differences (N, c) with one parameter changed by a step."""
+        sensitivity = self.sensitivity
+        charts = self.at.closed.charts
+        change = sign * sensitivity.step / float(sensitivity.scales[k])
+        geometry = sensitivity.moved(k, self.at.values, change)
+        s = self.at.closed.s.copy()
+        s[:, sensitivity.given] = sensitivity.coordinates(geometry)
+        gaps, _ = geometry.linearised(s, charts)
+        step = applied(self.inverse, gaps)
+        remaining = gaps - applied(self.rows, step)
+        if _largest(remaining) > UNFIT * STEP:
+            problem = "the loops have more equations than unknowns, and close for one value only"
+            raise sensitivity.fixed(k, problem)
         s[:, self.unknowns] -= step
-        moved = ClosedRows(geometry, s, at.closed.charts)
-        return self.observations.differences(moved.poses())
+        moved = ClosedRows(geometry, s, charts)
+        return sensitivity.observations.differences(moved.poses())
+
+
+def _largest(values: Array) -> float:
+    """The largest size of some values."""
+    sizes = np.abs(values)
+    return float(sizes.max(initial=0.0))

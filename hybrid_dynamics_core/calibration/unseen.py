@@ -46,7 +46,9 @@ def identifiable(covariance: Array, prior: float) -> list[bool]:
         prior: deviation of what no measurement shows [m].
     """
     deviations = np.sqrt(np.diag(covariance))
-    return [bool(deviation < SHOWN * prior) for deviation in deviations]
+    is_shown = deviations < SHOWN * prior
+    shown: list[bool] = is_shown.tolist()
+    return shown
 
 
 def unseen_combinations(
@@ -63,7 +65,8 @@ def unseen_combinations(
         prior: deviation of what no measurement shows [m].
     """
     values, vectors = np.linalg.eigh(covariance)
-    is_unseen = np.sqrt(np.maximum(values, 0.0)) > SHOWN * prior
+    least = SHOWN * prior
+    is_unseen = values > least * least
     space = vectors[:, is_unseen]
     count = space.shape[1]
     if not count:
@@ -74,7 +77,8 @@ def unseen_combinations(
     combinations: list[Unseen] = []
     for column in basis.T:
         direction = column / np.linalg.norm(column)
-        deviation = float(np.sqrt(direction @ covariance @ direction))
+        variance = direction @ covariance @ direction
+        deviation = float(np.sqrt(variance))
         changes = direction / scales
         combinations.append(_combination(names, direction, changes, deviation))
     return combinations
@@ -85,7 +89,10 @@ def _combination(
 ) -> Unseen:
     """A combination, with the parameters that take part in it."""
     sizes = np.abs(direction)
-    parts = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max()).tolist()
-    largest = max((float(changes[k]) for k in parts), key=abs)
-    listed = tuple(float(changes[k]) / largest for k in parts)
-    return Unseen(tuple(names[k] for k in parts), listed, deviation)
+    least = NEGLIGIBLE * sizes.max()
+    parts = np.flatnonzero(sizes > least)
+    chosen = changes[parts]
+    largest = np.argmax(np.abs(chosen))
+    ratios = chosen / chosen[largest]
+    members = tuple(names[int(k)] for k in parts)
+    return Unseen(members, tuple(ratios.tolist()), deviation)

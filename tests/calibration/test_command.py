@@ -7,6 +7,7 @@ import pytest
 
 from hybrid_dynamics_core import load
 from tests.cli.calling import call, data_of
+from tests.sampling import swept
 
 from .crank import TEXT, changed, columns, poses, write
 
@@ -130,7 +131,15 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("case", WRONG)
+COMMON = (
+    "a path near another",
+    "millimetres",
+    "a column of a misspelt name",
+    "a row that does not close",
+)
+
+
+@pytest.mark.parametrize("case", swept(WRONG, COMMON))
 def test_a_wrong_call_gets_one_line(measured, tmp_path, case):
     _, robot, _, data = measured
     change, free, message = WRONG[case]

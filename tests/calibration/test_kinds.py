@@ -9,6 +9,7 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_core.calibration import calibrate, new_text
 from hybrid_dynamics_core.robot.robot import Robot
 from tests.cli.calling import shipped_text
+from tests.sampling import swept
 
 from .crank import changed, columns, poses, write
 
@@ -43,7 +44,7 @@ PARAMETERS = {  # change of the file's text, path, true value
 }
 
 
-@pytest.mark.parametrize("case", PARAMETERS)
+@pytest.mark.parametrize("case", swept(PARAMETERS, ("pin by its place", "axis of a letter")))
 def test_a_parameter_is_found_from_points(tmp_path, case):
     texts, path, value = PARAMETERS[case]
     data = columns(changed(tmp_path, **texts), poses(12))
@@ -62,7 +63,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("case", KINDS)
+@pytest.mark.parametrize("case", swept(KINDS, ("poses", "encoders")))
 def test_a_kind_of_measurement_shows_its_parameters(tmp_path, case):
     kinds, free = KINDS[case]
     true = changed(

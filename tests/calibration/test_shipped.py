@@ -16,7 +16,7 @@ from hybrid_dynamics_core.calibration.sensitivity import Sensitivity
 from hybrid_dynamics_core.robot.robot import Robot
 from tests.sampling import swept
 
-SAMPLE = ("five_bar", "forging_chu2020")
+SAMPLE = ("five_bar",)
 pytestmark = pytest.mark.usefixtures("without_compiler")
 SIGMA = {"m": NOISE, "rad": TURN}
 STEP = 1e-5  # [m or rad]
