@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import click
@@ -76,10 +77,6 @@ def command(
         "G": weight,
         "passive": machine.passive_forces(state, loads),
     }
-    rows: list[list[object]] = []
-    for k, name in enumerate(machine.active):
-        shares = [float(part[k]) for part in parts.values()]
-        rows.append([name, float(tau[k]), effort_unit(machine.joint_types[name]), *shares])
     data: dict[str, Any] = {"tau": by_name(machine.active, tau)}
     for key, part in parts.items():
         data[key] = by_name(machine.active, part)
@@ -93,19 +90,29 @@ def command(
     }
     margins = margins_at(machine, state, accelerations, tau)
     data["limits"] = margin_facts(margins)
-    notes = [f"note: {name} is idle: nobody gives the effort along it" for name in machine.idle]
-    notes += margin_lines(margins)
-    texts = ["\n".join([table(HEAD, rows), *notes])]
+    lines = [effort_table(machine, tau, parts), *margin_lines(margins)]
+    texts = ["\n".join(lines)]
     if pressures:
         measured = measured_forces(machine, state, tau, pressures)
         data["measured"] = measured
-        lines = [[name, *forces.values()] for name, forces in measured.items()]
-        texts.append(table(MEASURED_HEAD, lines))
+        rows = [[name, *forces.values()] for name, forces in measured.items()]
+        texts.append(table(MEASURED_HEAD, rows))
     if pins:
         reactions = machine.reactions(state, accelerations, loads)
         data["pins"] = pin_data(reactions)
         texts.append(pin_table(reactions))
     show(data, as_json, "\n\n".join(texts))
+
+
+def effort_table(machine: Robot, tau: Array, parts: Mapping[str, Array]) -> str:
+    """The effort of each active joint and its parts, with notes on idle joints."""
+    rows: list[list[object]] = []
+    for k, name in enumerate(machine.active):
+        unit = effort_unit(machine.joint_types[name])
+        shares = [float(part[k]) for part in parts.values()]
+        rows.append([name, float(tau[k]), unit, *shares])
+    notes = [f"note: {name} is idle: nobody gives the effort along it" for name in machine.idle]
+    return "\n".join([table(HEAD, rows), *notes])
 
 
 def measured_forces(
