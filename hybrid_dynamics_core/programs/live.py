@@ -130,7 +130,7 @@ class LiveProgram:
         """Names of the input vectors, in order."""
         return (*self.call.program(self.model).inputs, PARAMETERS)
 
-    def kernel(self, label: str) -> Kernel:
+    def kernel(self, label: str, backend: str | None = None) -> Kernel:
         """The program as functions of arrays."""
         program = self.call.program(self.model)
         sizes = [program.size(self.model, name) for name in program.inputs]
@@ -138,7 +138,7 @@ class LiveProgram:
         def run(*vectors: Scalars) -> Results:
             return self.results(program.inputs, vectors)
 
-        return Kernel(run, [*sizes, self.model.count], label=label)
+        return Kernel(run, [*sizes, self.model.count], backend, label)
 
     def results(self, names: Sequence[str], vectors: Sequence[Scalars]) -> Results:
         """The results at the values of the inputs, the parameters last."""

@@ -60,7 +60,13 @@ def test_no_part_knows_the_robot() -> None:
         assert "Robot" not in vars(inspect.getmodule(part))
 
 
-FUNCTIONS = ("capability", "inverse_kinematics", "with_parameters", "workspace")  # of any robot
+FUNCTIONS = (  # of any robot
+    "capability",
+    "inverse_kinematics",
+    "limit_margins",
+    "with_parameters",
+    "workspace",
+)
 
 
 def test_every_method_of_the_robot_is_one_of_a_part() -> None:

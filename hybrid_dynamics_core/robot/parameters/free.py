@@ -9,6 +9,7 @@ from ...description.parameters.paths import component_paths, name_of, number_at
 from ...description.parameters.written import Written, written_of
 from ...dynamics.loads import described_loads
 from ...errors import DescriptionError, InputError
+from ...programs.live import LiveModel
 from ..closure import Closure
 from ..model import RobotModel
 from .family import RobotFamily
@@ -26,7 +27,7 @@ class FreeParameters:
         self._model = model
         self._closure = closure
 
-    def free(self, *names: str) -> RobotFamily:
+    def free(self, *names: str, given: Sequence[str] | None = None) -> RobotFamily:
         """The robot with some numbers of its description as arguments of its compiled code.
 
         The structure stays that of the robot: which loops have closed forms, which axes are
@@ -35,6 +36,8 @@ class FreeParameters:
 
         Args:
             names: names of `parameters:`, or paths such as `joints.q2.origin.xyz[0]`.
+            given: coordinates that calls take in place of the active ones, as many; efforts are
+                then along them.
 
         Returns:
             The robot as a function of these numbers, with exact derivatives.
@@ -46,39 +49,44 @@ class FreeParameters:
             raise InputError("name at least one parameter, such as 'L2' or 'links.boom.mass'")
         written = written_of(self._model.description)
         values = _values(written, names)
-        problem, moved = self._moved_model(written, values)
-        if moved is None:
-            raise InputError(self._refusal(written, values, problem))
-        description = self._model.description
-        live = live_model(self._model.program_model, description, written, values)
+        given = self._model.active if given is None else tuple(given)
+        problem, made = self._made(written, values, given)
+        if made is None:
+            raise InputError(self._refusal(written, values, given, problem))
+        live, moved = made
         other_loads = has_other_loads(self._model, moved)
         without_effect = unused(live)
         if without_effect and not other_loads:
             name = list(map(name_of, values))[without_effect[0]]
             raise InputError(f"'{name}' has no effect on geometry, masses or loads")
-        loads = described_loads(description, self._model.coordinates)
+        loads = described_loads(self._model.description, self._model.coordinates)
         by_name = {name_of(path): value for path, value in values.items()}
         return RobotFamily(self._closure, loads, live, by_name, other_loads)
 
-    def _moved_model(self, written: Written, values: Values) -> tuple[str, RobotModel | None]:
-        """Why numbers cannot be free, or the robot with moved ones."""
-        described = self._model.program_model
+    def _made(
+        self, written: Written, values: Values, given: tuple[str, ...]
+    ) -> tuple[str, tuple[LiveModel, RobotModel] | None]:
+        """Why numbers cannot be free, or the live model and the robot with moved numbers."""
+        described = self._model.program_model_from(given)
         moved = {path: _moved(k, value) for k, (path, value) in enumerate(values.items())}
         try:
             model = RobotModel.from_description(written.changed(moved).described())
+            other = model.program_model_from(given)
             live = live_model(described, self._model.description, written, values)
         except DescriptionError as error:
             return f"does not fit the loops when it varies: {error.problem}", None
         except TypeError:
             return "is read in a way that code cannot follow", None
-        problem = difference(live, list(moved.values()), model)
-        return problem, None if problem else model
+        problem = difference(live, list(moved.values()), other, model.description)
+        return problem, None if problem else (live, model)
 
-    def _refusal(self, written: Written, values: Values, problem: str) -> str:
+    def _refusal(
+        self, written: Written, values: Values, given: tuple[str, ...], problem: str
+    ) -> str:
         """The message for numbers that cannot be free, with the one that is the cause."""
         names = [name_of(path) for path in values]
         for path, value in values.items():
-            alone, _ = self._moved_model(written, {path: value})
+            alone, _ = self._made(written, {path: value}, given)
             if alone:
                 names, problem = [name_of(path)], alone
                 break

@@ -28,25 +28,27 @@ _NOT_COMPUTED_WITH = ("limits",)
 SAME = 1e-9  # relative, or in SI units below one: rounding of two ways to one constant
 
 
-def difference(live: LiveModel, values: list[float], moved: RobotModel) -> str:
+def difference(
+    live: LiveModel, values: list[float], other: Model, description: RobotDescription
+) -> str:
     """What differs between a live model and the model of the changed description; "" if nothing.
 
     Args:
         live: the model with live numbers.
         values: other values of its parameters.
-        moved: the model of the description with these values.
+        other: the model of floats of the description with these values.
+        description: that description.
     """
     model = live.at(values)
-    other: Model = moved.program_model
     structure = _other_structure(model.plan, other.plan)
     if structure:
         return structure
-    frames = moved.description.frames
+    frames = description.frames
     mine = {name: frame for name, frame in (model.frames or {}).items() if name in frames}
     walk = _Walk()
     walk.compare(model.tree.bodies, other.tree.bodies, "links")
     walk.compare(mine, dict(frames), "frames")
-    walk.compare(model.closures, other.closures, "closures")
+    walk.compare(model.closures, description.closures, "closures")
     walk.compare(model.plan.loops, other.plan.loops, "loops")
     for block, other_block in zip(model.plan.blocks, other.plan.blocks, strict=True):
         if not isinstance(block, NewtonBlock):

@@ -52,7 +52,7 @@ def live_model(
     merged = _merged(robot, plain, live)
     tree = build_tree(merged)
     plan = _live_plan(described, tree, merged)
-    pins = described.pins(described.closures)
+    pins = described.pins(robot.closures)
     return LiveModel(
         tree,
         plan,

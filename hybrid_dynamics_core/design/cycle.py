@@ -1,0 +1,163 @@
+"""What a robot does in its duty cycle at some values of the design's variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..dynamics.loads import Loads
+from ..errors import InputError
+from ..ground.arrays import Array
+from ..ground.lazy import lazy
+from ..ground.suggestions import no_such_name
+from ..programs.live import PARAMETERS
+from ..robot.parameters import FamilyResult, RobotFamily
+from .quantity import Quantity, solved
+
+_BY = (PARAMETERS,)
+_STEP = 1e-6  # relative, of a mass: it is a polynomial of low degree
+
+
+@dataclass(frozen=True, eq=False)
+class Duty:
+    """One point of a duty cycle.
+
+    Attributes:
+        at: coordinates by name [rad or m]; others are at the reference.
+        rates: rates by name; others are zero.
+        accelerations: accelerations by name; others are zero.
+        loads: what acts; None for the loads of the description.
+        weight: how much the point counts.
+    """
+
+    at: Mapping[str, float]
+    rates: Mapping[str, float] = field(default_factory=dict)
+    accelerations: Mapping[str, float] = field(default_factory=dict)
+    loads: Loads | None = None
+    weight: float = 1.0
+
+
+class Cycle:
+    """Results along a duty cycle, each with its derivatives by the variables.
+
+    Attributes:
+        weights: weight of each duty point (points,).
+    """
+
+    def __init__(
+        self,
+        family: RobotFamily,
+        duty: Sequence[Duty],
+        reference: Mapping[str, float],
+        active: Sequence[str],
+        parameters: Array,
+    ) -> None:
+        """Store the arguments; what is asked for is computed then.
+
+        Args:
+            family: the robot with the variables as parameters.
+            duty: points of the cycle.
+            reference: coordinates where a point names none.
+            active: names of the active coordinates.
+            parameters: values of the variables (k,).
+        """
+        self._family = family
+        self._duty = tuple(duty)
+        self._active = tuple(active)
+        self._parameters = parameters
+        names = family.coordinates
+        still = dict.fromkeys(names, 0.0)
+        self._u = _rows([{**reference, **point.at} for point in duty], names)
+        self._du = _rows([{**still, **point.rates} for point in duty], names)
+        self._ddu = _rows([{**still, **point.accelerations} for point in duty], names)
+        self.weights = np.array([point.weight for point in duty])
+
+    @property
+    def closes(self) -> bool:
+        """Whether the loops close at every point."""
+        return not self._closed.status.any()
+
+    def variable(self, name: str) -> Quantity:
+        """A variable."""
+        if name not in self._family.names:
+            raise InputError(no_such_name("variable", name, self._family.names))
+        k = self._family.names.index(name)
+        return Quantity(self._parameters[k], np.eye(len(self._parameters))[k])
+
+    def coordinate(self, name: str) -> Quantity:
+        """A coordinate at each point (points,) [rad or m]: a stroke, for example."""
+        return _result(self._closed, "s")[:, self._index(name)]
+
+    def distance(self) -> Quantity:
+        """Distance of each loop to a singularity (points, loops)."""
+        return _result(self._closed, "distances")
+
+    def position(self, frame: str | None = None) -> Quantity:
+        """Place of a frame (points, 3) [m]; of the end effector if None."""
+        result = self._family.forward_kinematics(self._u, self._parameters, frame, _BY)
+        return _result(result, "position")
+
+    def effort(self, name: str) -> Quantity:
+        """Effort of an active joint (points,) [N m or N]."""
+        if name not in self._active:
+            raise InputError(no_such_name("active joint", name, self._active))
+        return self._efforts[:, self._active.index(name)]
+
+    def mass(self) -> Quantity:
+        """Mass of all moving links [kg]."""
+        slope: list[float] = []
+        for k, value in enumerate(self._parameters):
+            step = _STEP * (1.0 + abs(value))
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = self._parameters.copy()
+                moved[k] += sign * step
+                ends.append(self._family.mass(moved))
+            slope.append((ends[0] - ends[1]) / (2.0 * step))
+        return Quantity(self._family.mass(self._parameters), slope)
+
+    @lazy
+    def _closed(self) -> FamilyResult:
+        return self._family.close(self._u, self._parameters, _BY)
+
+    @lazy
+    def _efforts(self) -> Quantity:
+        """Efforts of the active joints (points, n)."""
+        values = np.empty(self._u.shape)
+        slopes = np.empty((*self._u.shape, len(self._parameters)))
+        for loads, rows in self._rows_by_loads():
+            motion = (self._u[rows], self._parameters, self._du[rows], self._ddu[rows])
+            result = self._family.inverse_dynamics(*motion, loads, _BY)
+            values[rows] = result["tau"]
+            slopes[rows] = result.by_parameters["tau"]
+        along = Quantity(values, slopes)
+        if self._active == self._family.coordinates:
+            return along
+        places = [self._index(name) for name in self._active]
+        velocity_map = _result(self._closed, "R")[:, places]
+        value = np.swapaxes(velocity_map.value, 1, 2)
+        return solved(Quantity(value, np.swapaxes(velocity_map.slope, 1, 2)), along)
+
+    def _rows_by_loads(self) -> list[tuple[Loads | None, list[int]]]:
+        """The points of each loads."""
+        groups: dict[int, tuple[Loads | None, list[int]]] = {}
+        for k, point in enumerate(self._duty):
+            _, rows = groups.setdefault(id(point.loads), (point.loads, []))
+            rows.append(k)
+        return list(groups.values())
+
+    def _index(self, name: str) -> int:
+        names = self._family.all_coordinates
+        if name not in names:
+            raise InputError(no_such_name("coordinate", name, names))
+        return names.index(name)
+
+
+def _result(result: FamilyResult, name: str) -> Quantity:
+    return Quantity(result.values[name], result.by_parameters[name])
+
+
+def _rows(points: Sequence[Mapping[str, float]], names: Sequence[str]) -> Array:
+    return np.array([[point[name] for name in names] for point in points], dtype=np.float64)
