@@ -195,6 +195,7 @@ class Robot:
     follow_turns = delegate("_closure", Closure.follow_turns)
     assembly_modes = delegate("_closure", Closure.assembly_modes)
     certify = delegate("_certification", Certification.certify)
+    certify_cells = delegate("_certification", Certification.certify_cells)
     owns = delegate("_closure", Closure.owns)
 
     @property

@@ -78,6 +78,7 @@ def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         ),
         "follow_turns": (m.follow_turns, {**on_state, "before": state.s}),
         "assembly_modes": (m.assembly_modes, {"u": m.reference}),
+        "certify_cells": (m.certify_cells, {"ranges": {"q_L": (1.5, 1.6)}, "depth": 1}),
         "certify": (m.certify, {**with_ddu, "radius": 1e-3}),
         "forward_kinematics": (m.forward_kinematics, {**on_state, "frame": None}),
         "jacobian": (m.jacobian, {**on_state, "frame": None}),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
+
+import numpy as np
 
 from ...algebra.scalar import Scalar, Scalars
 from ...closure.blocks.block_solver import BlockSolver
@@ -14,7 +15,7 @@ from ...mechanism.configuration import Configuration
 from ...mechanism.tree import Tree
 from ...programs import Inputs, Model, Program
 from ..interval import Interval
-from .graph_values import GraphValues
+from .graph_values import GraphValues, columns
 
 CONFIGURATION, RATES, ACCELERATIONS = range(3)  # vectors of inputs
 
@@ -79,14 +80,15 @@ class EnclosedProgram:
         self._values = GraphValues(graph, results.outputs[output])
 
     def at(self, s: Interval, du: Array, ddu: Array) -> Interval:
-        """The output (k,) for a box of all coordinates (n_s,) and given rates (n,)."""
+        """The output (N, k) for N boxes of all coordinates (N, n_s), and rates (n,)."""
+        count = len(s.lower)
         inputs: dict[tuple[int, int], Interval] = {}
-        for k, (lower, upper) in enumerate(zip(s.lower, s.upper, strict=True)):
-            inputs[CONFIGURATION, k] = Interval([lower], [upper])
+        for k, value in enumerate(columns(s.lower, s.upper)):
+            inputs[CONFIGURATION, k] = value
         for vector, values in ((RATES, du), (ACCELERATIONS, ddu)):
-            for k, value in enumerate(values):
-                inputs[vector, k] = Interval([value])
-        results = self._values.at(inputs, 1)
-        lower = [result.lower.ravel() for result in results]
-        upper = [result.upper.ravel() for result in results]
-        return Interval(list(chain.from_iterable(lower)), list(chain.from_iterable(upper)))
+            for k, rate in enumerate(values.tolist()):
+                inputs[vector, k] = Interval(rate)
+        results = self._values.at(inputs, count)
+        lower = [np.broadcast_to(result.lower, count) for result in results]
+        upper = [np.broadcast_to(result.upper, count) for result in results]
+        return Interval(np.stack(lower, axis=1), np.stack(upper, axis=1))

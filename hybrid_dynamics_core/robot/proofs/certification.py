@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ... import programs
+from ...certified.boxes.cells import CellKind, CertifiedCells, Subdivision
 from ...certified.boxes.certificate import Certificate
 from ...certified.boxes.closed_box import Cells, LoopGraph, alone_within, closed_boxes
+from ...certified.boxes.closed_forms import ClosedForms
 from ...certified.boxes.enclosed_program import EnclosedProgram
 from ...certified.interval import Interval
 from ...certified.rounding import down, up
@@ -16,9 +20,14 @@ from ...dynamics.loads import described_loads
 from ...dynamics.pack_loads import pack_loads
 from ...errors import InputError
 from ...ground.arrays import Array, frozen
-from ...ground.check_arguments import real_number
+from ...ground.check_arguments import integer, real_number, require_type
+from ...ground.check_arrays import real_array
+from ...ground.suggestions import no_such_name
 from ..closure import Closure
 from ..model import RobotModel
+
+DEPTH = 12
+DEEPEST = 30
 
 
 class Certification:
@@ -79,19 +88,102 @@ class Certification:
             return self._nothing("the test of Krawczyk fails: singular, open or too wide a box")
         s_lower, s_upper = self._all(lower, boxes.lower[0]), self._all(upper, boxes.upper[0])
         alone = self._all(np.zeros_like(lower), alone_within(graph, cells, boxes)[0])
-        box = Interval(s_lower, s_upper)
-        tau = self._program(state).at(box, state.du, accelerations)
+        rows = Interval(s_lower[None], s_upper[None])
+        tau = self._program(state).at(rows, state.du, accelerations)
         reason = "Krawczyk's operator maps a box about the state into itself"
-        bounds = (s_lower, s_upper, alone, tau.lower, tau.upper)
+        bounds = (s_lower, s_upper, alone, tau.lower[0], tau.upper[0])
         return Certificate(True, reason, *map(frozen, bounds))
 
+    def certify_cells(
+        self,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
+        depth: int = DEPTH,
+        frame: str | None = None,
+    ) -> CertifiedCells:
+        """Prove of cells of active coordinates that the loops close in them, or that they do not.
+
+        The box of the ranges is halved until each cell is decided, or was halved `depth` times.
+        Limits of joints are not considered.
+
+        Args:
+            ranges: range of each active coordinate by name [rad, m]; the others are held at the
+                reference. The limits of all of them if None.
+            depth: how often a cell is halved at most, each time across its longest side.
+            frame: name of the frame whose places are enclosed; the end effector if None.
+
+        Returns:
+            The cells: closed without a singularity, open, or undecided.
+
+        Raises:
+            InputError: a name is unknown, a range is empty or not finite, the depth is not from 0
+                to 30, or loops are solved by least squares.
+        """
+        steps = integer("depth", depth)
+        if not 0 <= steps <= DEEPEST:
+            raise InputError(f"depth is {steps}; expected an integer from 0 to {DEEPEST}")
+        lower, upper = self._box(ranges)
+        place = self._model.frame(frame)
+        closure = self._closure
+        reference = closure.close(self._model.reference)
+        graph = self._graph(reference)
+        if not graph.is_square:
+            raise InputError("a loop has more equations than unknowns (least squares)")
+        signs = reference.signs.tolist()
+
+        def near(u: Array) -> tuple[Array, NDArray[np.bool_]]:
+            states = closure.close(u, check=False)
+            closes = np.asarray(states.status == 0)
+            return states.s[:, graph.unknown], closes
+
+        model = self._model.program_model
+        forms = ClosedForms(model, signs, reference.s.tolist(), place)
+        cells, kinds, boxes, verdicts = Subdivision(graph, forms, near).decided(lower, upper, steps)
+        program = programs.forward_kinematics(place)
+        position = EnclosedProgram(model, program, signs, {}, "position")
+        s = Interval(self._all(cells.lower, boxes.lower), self._all(cells.upper, boxes.upper))
+        still = np.zeros(len(lower))
+        with np.errstate(all="ignore"):
+            places = position.at(s, still, still)
+        by_form, by_test = verdicts.closes[:, None], boxes.holds[:, None]
+        lowest = np.where(by_test, places.lower, -np.inf)
+        highest = np.where(by_test, places.upper, np.inf)
+        lowest = np.where(by_form, np.fmax(lowest, verdicts.place_lower), lowest)
+        highest = np.where(by_form, np.fmin(highest, verdicts.place_upper), highest)
+        closed = (kinds == CellKind.CLOSED)[:, None]
+        return CertifiedCells(
+            frozen(cells.lower),
+            frozen(cells.upper),
+            kinds,
+            frozen(np.where(closed, lowest, np.nan)),
+            frozen(np.where(closed, highest, np.nan)),
+        )
+
+    def _box(self, ranges: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
+        """Lower and upper bounds (n,) of the active coordinates."""
+        active = self._model.active
+        lower, upper = self._model.reference.copy(), self._model.reference.copy()
+        if ranges is None:
+            ranges = dict(zip(active, self._model.limits.tolist(), strict=True))
+        require_type("ranges", ranges, Mapping, "{'q1': (0.0, 1.0)}")
+        for name, ends in ranges.items():
+            if name not in active:
+                raise InputError(f"ranges: {no_such_name('active coordinate', name, active)}")
+            bounds = real_array(f"range of {name}", ends)
+            if bounds.shape != (2,):
+                raise InputError(f"ranges: {name} is {ends}; expected (lower, upper)")
+            first, last = bounds.tolist()
+            if not -np.inf < first <= last < np.inf:
+                raise InputError(f"ranges: {name} is [{first:g}, {last:g}]; expected finite bounds")
+            lower[active.index(name)], upper[active.index(name)] = first, last
+        return lower, upper
+
     def _all(self, of_given: Array, of_unknown: Array) -> Array:
-        """Values of all coordinates (n_s,), from those of the given and the other ones."""
+        """Values of all coordinates (..., n_s), from those of the given and the other ones."""
         plan = self._model.program_model.plan
-        values = np.zeros(len(self._model.coordinates))
-        values[list(plan.given)] = of_given
+        values = np.zeros((*of_given.shape[:-1], len(self._model.coordinates)))
+        values[..., list(plan.given)] = of_given
         unknown = [k for block in plan.blocks for k in block.unknowns]
-        values[unknown] = of_unknown
+        values[..., unknown] = of_unknown
         return values
 
     def _nothing(self, reason: str) -> Certificate:
