@@ -18,6 +18,8 @@ from .rows import Row, rows_of
 
 HYDRAULIC = ("pressure", "flow", "pump_flow", "pump_power")  # kinds of rows
 
+_OF_FORCES = ("effort", "pressure", "power", "pump_power")  # kinds that need forces of drives
+
 
 class Limits:
     """All limited quantities of a machine.
@@ -40,6 +42,7 @@ class Limits:
         if self._transmissions:
             self.drives = machine.all_drives
         self.rows = rows_of(machine, self.drives)
+        self._needs_forces = any(row.kind in _OF_FORCES for row in self.rows)
         self._driven: list[int] = []
         for k, name in enumerate(machine.active):
             if name not in machine.idle:
@@ -67,7 +70,9 @@ class Limits:
         Raises:
             SingularityError: the drives cannot give these efforts.
         """
-        forces = self._forces_by_name(state, tau)
+        forces: dict[str, Array] = {}
+        if self._needs_forces:
+            forces = self._forces_by_name(state, tau)
         accelerations = np.zeros_like(state.s)
         if ddu is not None and self.has_accelerations:
             accelerations = self.machine.accelerations(state, ddu)

@@ -54,7 +54,14 @@ from .robot import (
     XACRO_ARGS,
 )
 from .row import ChangeTime, OptionalFloats, OptionalNames, Parameter, ParameterError, Value
-from .services import EFFORT_TOLERANCE, FOLLOW_ACTION, LEAST_SINGULARITY, QUEUE, TIMEOUT
+from .services import (
+    EFFORT_TOLERANCE,
+    FOLLOW_ACTION,
+    LEAST_SINGULARITY,
+    QUEUE,
+    RETIME,
+    TIMEOUT,
+)
 from .settings import NodeSettings
 from .table import ROS_NAMES, TABLE
 
@@ -99,6 +106,7 @@ __all__ = [
     "QUEUE",
     "RELIABLE",
     "RESIDUAL",
+    "RETIME",
     "ROBOT",
     "ROS_NAMES",
     "SENSOR",

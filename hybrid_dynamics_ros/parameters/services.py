@@ -37,6 +37,14 @@ EFFORT_TOLERANCE: Final = Parameter[float](
     bounds=(0.0, 1.0),
     change=ChangeTime.ANY_TIME,
 )
+RETIME: Final = Parameter[float](
+    "trajectory.retime",
+    0.0,
+    "Converted trajectories pass their path as fast as this share of all limits allows; their own"
+    " times do not matter then. 0: times are kept.",
+    bounds=(0.0, 1.0),
+    change=ChangeTime.ANY_TIME,
+)
 FOLLOW_ACTION: Final = Parameter[str](
     "trajectory.follow_action",
     "",
@@ -51,5 +59,6 @@ ROWS: Final[tuple[Parameter[Any], ...]] = (
     QUEUE,
     LEAST_SINGULARITY,
     EFFORT_TOLERANCE,
+    RETIME,
     FOLLOW_ACTION,
 )

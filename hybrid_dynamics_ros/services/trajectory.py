@@ -24,13 +24,13 @@ from ..messages.joint_samples import (
     RejectionCode,
     resting_besides,
 )
-from ..parameters import EFFORT_TOLERANCE, LEAST_SINGULARITY
+from ..parameters import EFFORT_TOLERANCE, LEAST_SINGULARITY, RETIME
 from .answers import code_of
 from .context import ServiceContext
 from .kinematics import target_of
 from .trajectory_conversion import Conversion, ConvertedTrajectory
 from .trajectory_follower import ConversionSettings
-from .trajectory_motion import PathSearch, SampledTrajectory, require_times
+from .trajectory_motion import PathSearch, SampledTrajectory, require_times, retimed
 
 
 def convert_trajectory(
@@ -125,6 +125,9 @@ class TrajectoryTask:
         # A motion of the active joints starts at its first point, on the robot's modes.
         if trajectory.names == context.robot.active and context.mode is None:
             near = None
+        share = context.situation.settings[RETIME]
+        if share > 0.0:
+            trajectory = retimed(context.robot, trajectory, context.loads, near, share)
         return Conversion(trajectory.motion(), near)
 
     def fill(self, robot: Robot, response: ConvertTrajectory.Response) -> None:

@@ -92,12 +92,12 @@ class Follower:
         try:
             state, acceleration = _close(robot, self._motion.names, point, near)
             efforts = robot.inverse_dynamics(state, acceleration, self._settings.loads)
-            margins = self._limits.margins(state, efforts)
+            margins = self._limits.margins(state, efforts, acceleration)
         except HybridDynamicsError as error:
             return Sample(moment, rejection_of(error))
         problem = None
         if (margins < 0.0).any():
-            problem = self._limits.problem(state, efforts)
+            problem = self._limits.problem(state, efforts, acceleration)
         values = np.array([state.u, state.du, acceleration, efforts])
         return Sample(moment, problem, state, values, margins)
 

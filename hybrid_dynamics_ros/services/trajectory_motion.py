@@ -10,11 +10,14 @@ from typing import Final
 
 import numpy as np
 
-from hybrid_dynamics_core import ClosedState, IKStatus, Pose, Robot
+from hybrid_dynamics_core import ClosedState, IKStatus, InputError, Loads, Pose, Robot
 
 from ..messages.joint_samples import FloatArray, RejectedError, Rejection, RejectionCode
 from .trajectory_fit import completed
 
+_STATIONS: Final = 100  # of a retimed path
+_BESIDE: Final = 5e-4  # [s] from a jump of accelerations
+_SHORTEST: Final = 1e-6  # [s] between points: messages have nanoseconds
 _UNSOLVED: Final = {IKStatus.LIMIT: RejectionCode.LIMIT, IKStatus.SINGULAR: RejectionCode.SINGULAR}
 # Coefficients of the powers 3, 4 and 5 of a quintic on [0, 1]. They multiply position, velocity and
 # acceleration at its end, minus the contributions of the powers 0, 1 and 2.
@@ -52,6 +55,48 @@ class SampledTrajectory:
         acceleration = nothing if self.acceleration is None else self.acceleration
         rates = completed(self.time, self.position, velocity, acceleration)
         return SmoothMotion(self.names, self.time, self.position, *rates)
+
+
+def retimed(
+    robot: Robot,
+    trajectory: SampledTrajectory,
+    loads: Loads,
+    near: ClosedState | None,
+    share: float,
+) -> SampledTrajectory:
+    """The path of a trajectory as fast as the limits allow.
+
+    Args:
+        robot: the robot.
+        trajectory: a trajectory of the active joints, whose times do not matter.
+        loads: loads besides the actuators.
+        near: closed state whose assembly modes are kept; the robot's own if None.
+        share: share of each limit that is used.
+
+    Raises:
+        RejectedError: the coordinates are others than the active joints, or no motion keeps all
+            limits.
+    """
+    if set(trajectory.names) != set(robot.active):
+        joints = ", ".join(robot.active)
+        text = f"trajectory.retime takes motions of the active joints, {joints}, or of a path"
+        raise RejectedError(RejectionCode.BAD_REQUEST, text)
+    order = [trajectory.names.index(name) for name in robot.active]
+    try:
+        motion = robot.retime(
+            trajectory.position[:, order], loads, near=near, stations=_STATIONS, share=share
+        )
+    except InputError as error:
+        raise RejectedError(RejectionCode.LIMIT, str(error)) from error
+    # accelerations jump at stations: a point on either side
+    gaps = np.minimum(np.diff(motion.times) / 4.0, _BESIDE)
+    after, before = motion.times[:-1] + gaps, motion.times[1:] - gaps
+    inside = np.stack([after, before], axis=1).ravel()
+    time = np.concatenate([[0.0], inside, [motion.duration]])
+    time = time[np.append(True, np.diff(time) > _SHORTEST)]
+    point = motion(time)
+    point.du[[0, -1]] = 0.0
+    return SampledTrajectory(robot.active, time, *point)
 
 
 def require_times(time: FloatArray) -> None:

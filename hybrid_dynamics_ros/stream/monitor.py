@@ -25,6 +25,7 @@ from ..parameters import (
     STROKE_WARN,
     NodeSettings,
 )
+from .limit_margins import drives_beyond, margins_of_result
 from .pipeline import Counts
 from .results import MotionResult
 from .stroke_margins import StrokeMargins
@@ -173,7 +174,17 @@ class Monitor:
             margin, joint = float(margins[least]), self._strokes.joints[least]
             level = _below(margin, settings[STROKE_WARN], settings[STROKE_ERROR])
             entries.append(StatusEntry("stroke margin", f"{margin:.4g} {joint}", level))
-        return entries
+        return [*entries, *_drive_entries(result)]
+
+
+def _drive_entries(result: MotionResult) -> list[StatusEntry]:
+    """What is beyond limits of rates, drives, cylinders and pumps, or the nearest one."""
+    margins = margins_of_result(result)
+    if margins is None or margins.nearest is None:
+        return []
+    beyond = [margin.text for margin in drives_beyond(margins)]
+    text = "; ".join(beyond) or margins.nearest.text
+    return [StatusEntry("limits", text, _warn_if(beyond))]
 
 
 def _warn_if(condition: object) -> Level:

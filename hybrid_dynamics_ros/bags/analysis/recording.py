@@ -11,6 +11,7 @@ import numpy as np
 from hybrid_dynamics_core import ClosedState, Loads, Robot
 
 from ...messages.joint_samples import FloatArray
+from ...stream.limit_margins import beyond_in_rows
 from ...stream.pipeline import Counts
 from ...stream.stroke_margins import StrokeMargins
 from ..batch_outputs import NODE
@@ -115,6 +116,12 @@ class EvaluatedRecording:
         energy = self.robot.energy(self.state, self.loads)
         potential = np.asarray(energy.potential) + np.asarray(energy.springs)
         return np.asarray(energy.kinetic), potential
+
+    @cached_property
+    def beyond(self) -> list[str]:
+        """A sentence for each limit of drives, cylinders and pumps that the motion passes."""
+        state, efforts = self.state, self.efforts
+        return beyond_in_rows(self.robot, self.time, state, efforts, self.acceleration)
 
     @cached_property
     def margins(self) -> tuple[tuple[str, ...], FloatArray]:

@@ -67,6 +67,8 @@ def report(recording: EvaluatedRecording, title: str) -> str:
         parts.append(warning("Not all of the bag could be read:", recording.losses))
     else:
         parts.append("")
+    if recording.beyond:
+        parts.append(warning("Beyond limits, furthest where it says:", recording.beyond))
     parts.append(facts_table(recording))
     for section in _sections(recording):
         parts += _section_parts(recording, section)
