@@ -207,6 +207,7 @@ an argument or a result is not a finite number: 7
 
 
 @needs_compiler
+@pytest.mark.sweep(sample="test_numbers_are_those_of_the_library")
 def test_commands_stay_within_limits_and_none_is_none(tmp_path: Path) -> None:
     """Velocities keep their direction; what is not finite is no command, and no measurement."""
     file = tmp_path / "arm.urdf"
@@ -356,7 +357,7 @@ int main()
 
 
 @needs_compiler
-@pytest.mark.sweep(sample="test_commands_stay_within_limits_and_none_is_none")
+@pytest.mark.sweep(sample="test_numbers_are_those_of_the_library")
 def test_behind_a_toggle_joints_do_not_determine_the_drives(tmp_path: Path) -> None:
     """The ram has the same place on both sides of the dead centre of its crank, a = 0."""
     file = tmp_path / "crank.yaml"
