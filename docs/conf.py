@@ -61,7 +61,7 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
         "py:.*",
         r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType)",
     ),
-    ("py:.*", r"(.*\.)?(Kernel|Link|parameters\.changed\.R)"),
+    ("py:.*", r"(.*\.)?(Kernel|Link|Transform|parameters\.changed\.R)"),
     (
         "py:.*",
         r"(.*\.)?(AppliedWrench|Later|LiftingMachine|Motion|NoDescriptionError|UnlimitedError|Viewer)",

@@ -25,6 +25,7 @@ PRINTS = {  # the script, and what its output has to say
     "mpc_batch": "plan, full model",
     "weighing_bucket": "with an empty run:",
     "calibrating_excavator": "reduced chi-squared",
+    "tilting_excavator": "teeth of the bucket:",
 }
 SAMPLE = ("excavator_digging", "palletizer_level_wrist")  # of which each run draws the figures
 
