@@ -11,7 +11,6 @@ from pathlib import Path
 
 from .description.model import RobotDescription
 from .errors import DescriptionError, InputError, UndecidedModeError
-from .formats.reader import parse_description, read_description
 from .ground.file_options import (
     NO_OPTIONS,
     FileOptions,
@@ -151,6 +150,8 @@ def _description(robot: PathText) -> RobotDescription:
         raise InputError(
             f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(shipped)}"
         )
+    from .formats.reader import read_description  # noqa: PLC0415  slow to import
+
     return read_description(name, options_of(name))
 
 
@@ -167,6 +168,8 @@ def _unchanged(name: str) -> RobotDescription:
 
 
 def _read_shipped(name: str, options: FileOptions) -> RobotDescription:
+    from .formats.reader import parse_description  # noqa: PLC0415  slow to import
+
     file = f"{name}.yaml"
     resource = resources.files(__package__).joinpath("robots", file)
     return parse_description(resource.read_text(encoding="utf-8"), file, options)

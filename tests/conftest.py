@@ -82,6 +82,9 @@ UNCOMPILED = (
     "generated",
     "hard_cases",
     "identification",
+    "laws/test_ball_cuts.py",
+    "laws/test_idle.py",
+    "laws/test_multi_dof.py",
     "ros/test_ball_joints.py",
     "ros/test_other_joints.py",
     "ros/test_trajectory_laws.py",
@@ -99,8 +102,16 @@ BITS = (
     "bags/test_stream.py",
     "bags/test_unfinished.py",
 )
-# folders that ask for numbers alone: code that is compiled in a fifth of the time gives them too
-QUICKLY_COMPILED = ("control", "core", "dynamics", "laws", "published", "simulation")
+# folders and files that ask for numbers alone: code that is compiled in a fifth of the time gives them too
+QUICKLY_COMPILED = (
+    "control",
+    "core",
+    "dynamics",
+    "kernels/test_calls.py",
+    "laws",
+    "published",
+    "simulation",
+)
 NODE = ("demo", "ros")  # folders that need ROS and the interfaces
 COMPILED = ("excavator", "five_bar", "forging_chu2020")  # of the robots of tests/laws
 
@@ -162,11 +173,10 @@ def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
     """
     case = getattr(request.node, "callspec", None)
     name = None if case is None else case.params.get("name")
-    folder = folder_of(request)
-    is_rare = folder == "laws" and name is not None and name not in COMPILED
+    is_rare = "laws" in places_of(request) and name is not None and name not in COMPILED
     if is_uncompiled(request) or is_rare:
         monkeypatch.setenv(VARIABLE, "python")
-    if folder in QUICKLY_COMPILED:
+    if places_of(request) & set(QUICKLY_COMPILED):
         monkeypatch.setattr(native, "LEVEL", 0)
 
 
@@ -178,12 +188,13 @@ def forging(request: pytest.FixtureRequest) -> Robot:
     return robot_of("forging_chu2020", "python" if is_uncompiled(request) else backend())
 
 
-def folder_of(request: pytest.FixtureRequest) -> str:
-    """The folder of a test."""
-    return request.path.relative_to(ROOT).parts[0]
+def places_of(request: pytest.FixtureRequest) -> set[str]:
+    """The folder and the file of a test."""
+    file = request.path.relative_to(ROOT)
+    return {file.parts[0], file.as_posix()}
 
 
 def is_uncompiled(request: pytest.FixtureRequest) -> bool:
     """Whether a test computes with generated Python."""
-    file = request.path.relative_to(ROOT).as_posix()
-    return file not in BITS and (file in UNCOMPILED or folder_of(request) in UNCOMPILED)
+    places = places_of(request)
+    return places.isdisjoint(BITS) and not places.isdisjoint(UNCOMPILED)

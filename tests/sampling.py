@@ -24,21 +24,22 @@ MORE_EXAMPLES = os.environ.get("MORE_EXAMPLES")
 SHARE = 12  # the sample of random examples is a twelfth
 
 
-def swept(cases: Iterable[Any], sample: Collection[Any] = (*SAMPLE, *SHIPPED_SAMPLE)) -> list[Any]:
+def swept(cases: Iterable[Any], sample: Collection[Any] | None = None) -> list[Any]:
     """Parameters of a test of a whole set.
 
     Args:
         cases: names, or tuples of a name and further parameters.
-        sample: names that `make test` runs.
+        sample: names that `make test` runs; SAMPLE where the set has all of it, else SHIPPED_SAMPLE
+            too.
 
     Returns:
         For `pytest.mark.parametrize`, those outside the sample marked `sweep`.
     """
-    parameters = []
-    for case in cases:
-        values = case if isinstance(case, tuple) else (case,)
-        parameters.append(pytest.param(*values, marks=sweep_unless(values[0] in sample)))
-    return parameters
+    rows = [case if isinstance(case, tuple) else (case,) for case in cases]
+    if sample is None:
+        is_whole = {values[0] for values in rows}.issuperset(SAMPLE)
+        sample = SAMPLE if is_whole else (*SAMPLE, *SHIPPED_SAMPLE)
+    return [pytest.param(*values, marks=sweep_unless(values[0] in sample)) for values in rows]
 
 
 def sweep_unless(is_sample: bool) -> Sequence[pytest.MarkDecorator]:

@@ -57,8 +57,10 @@ CHECKED = (
 RUN_ALONE = [page for page in PAGES if page not in CHECKED and any(blocks_of(page))]
 LONG = (  # some seconds of commands
     "docs/bags.md",
+    "docs/cylinders.md",
     "docs/in_your_controller.md",
     "docs/install.md",
+    "docs/jax.md",
     "docs/own_robot.md",
     "docs/papers.md",
     "docs/robots.md",

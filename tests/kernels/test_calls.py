@@ -17,7 +17,7 @@ from hybrid_dynamics_core.description.model import Link
 from hybrid_dynamics_core.dynamics.loads import Loads
 from hybrid_dynamics_core.errors import MassSingularityError
 from hybrid_dynamics_core.formats.reader import parse_description
-from hybrid_dynamics_core.kernels import run
+from hybrid_dynamics_core.kernels import native, run
 from tests.kernels.programs_of import BACKENDS
 from tests.mechanisms import changed
 from tests.robots import ROBOTS, random_states, random_vector, robot
@@ -37,6 +37,7 @@ def machine(request: pytest.FixtureRequest, forging: Robot) -> Robot:
     """The forging robot, compiled and not."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "default_backend", lambda: request.param)
+        patch.setattr(native, "LEVEL", 0)  # compiled in a fifth of the time
         made = Robot(forging.description)
         for kernels in (made.kernels, made.kernels.at("l3"), made.kernels.under(_laden(made))):
             for name in (

@@ -115,7 +115,7 @@ def test_every_assembly_mode(name: str) -> None:
     require_equal(machine, states[:8], machine.loads)
 
 
-@examples(25)
+@examples(12)
 @given(robots(), STATES)
 def test_random_robots_in_random_frames(case: Case, seed: int) -> None:
     state = case.robot.close(case.somewhere(seed)[: case.n], case.rates(seed))
