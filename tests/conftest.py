@@ -102,7 +102,7 @@ BITS = (
     "bags/test_stream.py",
     "bags/test_unfinished.py",
 )
-# folders and files that ask for numbers alone: code that is compiled in a fifth of the time gives them too
+# folders and files that ask for numbers alone: code compiled in a fifth of the time gives them too
 QUICKLY_COMPILED = (
     "control",
     "core",
