@@ -49,6 +49,7 @@ class PayloadEstimate:
         deviation: standard deviation of the mass [kg].
         com: (3,) centre of mass in the frame [m]; NaN along axes that the motion does not show.
         com_deviation: (3,) its standard deviation [m].
+        covariance: (4, 4) of mass and centre of mass; NaN where one of them is not shown.
         quality: half the interval as a share of the mass of load and tool: "good" up to 2 %,
             "fair" up to 6 %, "poor" above.
         friction: estimated Coulomb friction by drive [N m, N].
@@ -63,6 +64,7 @@ class PayloadEstimate:
     deviation: float
     com: Array
     com_deviation: Array
+    covariance: Array
     quality: str
     friction: dict[str, float]
     used: float
@@ -268,9 +270,10 @@ class _Weighing:
         check_result(self.runs[0], fit.noise, mass, deviation, IMPOSSIBLE)
         quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, fit.free))
         half_interval = quantile * deviation
-        com, com_deviation = _centre(fit, self.reach)
+        com, covariance = _centre(fit, self.reach)
         if self.com is not None:
-            com, com_deviation = self.com, np.zeros(3)
+            com, covariance = self.com, np.zeros((4, 4))
+            covariance[0, 0] = deviation**2
         samples = self.blocks[0].samples
         used = rows[: len(samples)]
         names = self.modelling.parameters.names
@@ -284,7 +287,8 @@ class _Weighing:
             interval=(mass - half_interval, mass + half_interval),
             deviation=deviation,
             com=com,
-            com_deviation=com_deviation,
+            com_deviation=np.sqrt(np.diagonal(covariance)[1:]),
+            covariance=covariance,
             quality=_quality(share),
             friction=friction,
             used=float(samples[used].sum() / samples.sum()),
@@ -337,19 +341,28 @@ def _place(com: ArrayLike) -> Array:
 
 
 def _centre(fit: Fit, reach: float) -> tuple[Array, Array]:
-    """Centre of mass (3,) with its deviation (3,) [m]; NaN where the measurement says little.
+    """Centre of mass (3,) [m], and covariance (4, 4) of mass and centre of mass.
+
+    They are NaN along axes of which the measurement says little.
 
     Args:
         fit: the fit.
         reach: deviation of the centre of mass before the measurement [m].
     """
     mass = float(fit.values[0])
+    com, covariance = np.full(3, np.nan), np.full((4, 4), np.nan)
+    covariance[0, 0] = fit.covariance[0, 0]
     if mass <= 0.0:
-        return np.full(3, np.nan), np.full(3, np.nan)
+        return com, covariance
     com = fit.values[1:4] / mass
     # of com = first moment / mass, by mass and first moment
-    gradient = np.concatenate([-com[:, None], np.eye(3)], axis=1) / mass
-    variance = np.einsum("ij,jk,ik->i", gradient, fit.covariance[:4, :4], gradient)
-    deviation = np.sqrt(variance)
+    gradient = np.zeros((4, 4))
+    gradient[0, 0] = 1.0
+    gradient[1:, 0] = -com / mass
+    gradient[1:, 1:] = np.eye(3) / mass
+    covariance = gradient @ fit.covariance[:4, :4] @ gradient.T
+    deviation = np.sqrt(np.diagonal(covariance))
     is_shown = deviation < 0.5 * reach
-    return np.where(is_shown, com, np.nan), np.where(is_shown, deviation, np.nan)
+    is_shown[0] = True
+    covariance = np.where(is_shown[:, None] & is_shown, covariance, np.nan)
+    return np.where(is_shown[1:], com, np.nan), covariance

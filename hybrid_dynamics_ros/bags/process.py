@@ -177,7 +177,6 @@ class _Transfer:
         self.pressures: RecordedPressures | None = None
         self._batches = BatchPipeline(pipeline)
         self._evaluator = pipeline.evaluator
-        self._tool = pipeline.tool
         self._decoder = decoder
         self._outputs = outputs
         self._bag = bag
@@ -283,7 +282,7 @@ class _Transfer:
         if self.pressures is not None:
             self.pressures.add_to(result)
             for run in result.runs:
-                run.observe(self._tool)
+                self._batches.pipeline.observe(run)
         blocks: list[RecordBlock] = []
         for output in self._outputs:
             blocks += output.blocks(self._bag.channels[output.name], result)

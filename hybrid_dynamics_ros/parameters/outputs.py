@@ -40,6 +40,8 @@ TOPIC_RATES: Final[Mapping[str, Parameter[float]]] = {
     "loop_reactions": _rate("loop_reactions", 20.0),
     "cylinder_states": _rate("cylinder_states", 20.0),
     "tool_wrench": _rate("tool_wrench", 50.0),
+    "contact": _rate("contact", 50.0),
+    "payload": _rate("payload", 1.0),
 }
 TF_RATE: Final = Parameter[float](
     "rates.tf",

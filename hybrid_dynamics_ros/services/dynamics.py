@@ -7,7 +7,13 @@ are singular.
 
 from __future__ import annotations
 
-from hybrid_dynamics_msgs.srv import ForwardDynamics, InverseDynamics, MinimalForm, SetPayload
+from hybrid_dynamics_msgs.srv import (
+    ForwardDynamics,
+    InverseDynamics,
+    MinimalForm,
+    SetPayload,
+    ZeroPayload,
+)
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
@@ -23,7 +29,8 @@ from ..messages.joint_samples import (
     active_order,
 )
 from ..parameters import PAYLOAD_COM, PAYLOAD_INERTIA, PAYLOAD_MASS, ParameterError, checked
-from ..stream.conditions import NewPayload, PayloadBody, loads_of
+from ..stream.conditions import NewPayload, NewZero, PayloadBody, loads_of
+from ..stream.estimates.payload import LEAST
 from .context import ServiceContext, require_finite
 from .kinematics import require_frames
 
@@ -151,6 +158,34 @@ def set_payload(
     except InputError as error:
         raise RejectedError(RejectionCode.BAD_REQUEST, one_line(error)) from error
     return change
+
+
+def zero_payload(
+    context: ServiceContext, request: ZeroPayload.Request, response: ZeroPayload.Response
+) -> NewZero:
+    """The newest motion as one of the empty tool, to be taken by the caller.
+
+    Args:
+        context: the robot with its present motion.
+        request: `clear`, to forget the empty tool instead.
+        response: receives `duration` of the motion [s].
+
+    Returns:
+        The change.
+
+    Raises:
+        RejectedError: there is no motion with measured forces, or too little of it.
+    """
+    weighed = context.situation.weighed
+    if not request.clear:
+        if weighed < LEAST:
+            text = (
+                f"{weighed:.1f} s of motion with pressures on ~/cylinder_pressures; expected"
+                f" {LEAST:g} s or more"
+            )
+            raise RejectedError(RejectionCode.NOT_READY, text)
+        response.duration = weighed
+    return NewZero(request.clear)
 
 
 def _require_bounds(body: PayloadBody) -> None:

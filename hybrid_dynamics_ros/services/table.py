@@ -9,7 +9,7 @@ from typing import Any, Final
 from hybrid_dynamics_msgs import srv
 
 from .answers import Answer
-from .dynamics import forward_dynamics, inverse_dynamics, minimal_form, set_payload
+from .dynamics import forward_dynamics, inverse_dynamics, minimal_form, set_payload, zero_payload
 from .kinematics import close_loops, compute_jacobian, solve_fk, solve_ik
 from .modes import describe_robot, list_assembly_modes, switch_assembly_mode
 from .trajectory import convert_trajectory
@@ -50,6 +50,7 @@ TABLE: Final = (
     Service("minimal_form", srv.MinimalForm, minimal_form, Lane.SHORT),
     Service("close_loops", srv.CloseLoops, close_loops, Lane.SHORT),
     Service("set_payload", srv.SetPayload, set_payload, Lane.HERE),
+    Service("zero_payload", srv.ZeroPayload, zero_payload, Lane.HERE),
     Service("list_assembly_modes", srv.ListAssemblyModes, list_assembly_modes, Lane.LONG),
     Service("switch_assembly_mode", srv.SwitchAssemblyMode, switch_assembly_mode, Lane.LONG),
     Service("convert_trajectory", srv.ConvertTrajectory, convert_trajectory, Lane.LONG),

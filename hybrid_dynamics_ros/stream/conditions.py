@@ -32,6 +32,7 @@ from ..parameters import (
     ParameterError,
     sensor_rows,
 )
+from .estimates.payload import PayloadInput
 from .filter.routes import Kalman
 from .floating.base import OdometryInput, floating_base
 from .frames import frame_names
@@ -141,7 +142,30 @@ class NewMode:
         return ", ".join(f"{loop} {name}" for loop, name in self.mode.branch.items())
 
 
-ConditionChange = NewPayload | NewMode
+@dataclass(frozen=True)
+class NewZero:
+    """A change by a call: the newest motion is one of the empty tool, or that one is forgotten."""
+
+    is_cleared: bool
+
+    def applied(self, conditions: Conditions) -> Conditions:
+        """The conditions after the change, the same."""
+        return conditions
+
+    def zero(self, scale: PayloadInput) -> None:
+        """Apply the change to the input of weighing."""
+        if self.is_cleared:
+            scale.clear()
+        else:
+            scale.zero()
+
+    @property
+    def text(self) -> str:
+        """Description for the log."""
+        return "forgotten" if self.is_cleared else "the newest motion is one of the empty tool"
+
+
+ConditionChange = NewPayload | NewMode | NewZero
 
 
 def loads_of(robot: Robot, conditions: Conditions) -> Loads:

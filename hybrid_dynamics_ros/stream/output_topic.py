@@ -23,10 +23,12 @@ class OutputTopic:
     Attributes:
         name: name below ``~/``, or an absolute name.
         kind: message type.
+        is_slow: whether a message takes so long that the node makes it in another thread.
     """
 
     name: ClassVar[str]
     kind: ClassVar[str]
+    is_slow: ClassVar[bool] = False
 
     @property
     def rate(self) -> Parameter[float]:

@@ -27,6 +27,7 @@ from ..messages.joint_samples import (
 )
 from ..messages.pressures import PressureInput
 from ..messages.readings import MAX_AGE, ReadingOrder
+from .estimates.payload import PayloadInput
 from .estimates.tool_force import ToolForceInput
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
@@ -94,6 +95,7 @@ class Pipeline:
         extras: joints that the robot does not have; None if ignored.
         pressures: pressures of the cylinders.
         tool: observer of the force at the tool.
+        scale: newest motion, for weighing the load at the tool.
         odometry: odometry of a floating base; None if it stays at its reference.
         counts: counts of the samples so far.
     """
@@ -122,6 +124,7 @@ class Pipeline:
         self.extras: PassThrough | None = None
         self.pressures = PressureInput(robot, MAX_AGE)
         self.tool = ToolForceInput(robot)
+        self.scale = PayloadInput(robot)
 
     def pass_through(self, max_age: float) -> None:
         """Pass through joints that the robot does not have, up to an age [s]."""
@@ -154,12 +157,16 @@ class Pipeline:
             return None
         if self.pressures.newest:
             result.measured_forces = self.pressures.at(result.stamp_ns, self.pressures.newest)
-            result.observe(self.tool)
+            self.observe(result)
         if result.efforts is not None:
             self.counts.with_efforts += 1
         if result.event is not None:
             self.counts.events[result.event] += 1
         return result
+
+    def observe(self, result: MotionResult) -> None:
+        """Let the force and the load at the tool take a result, or rows of results."""
+        result.observe(self.tool, self.scale, self.evaluator.mode is None)
 
     def reject(self, rejection: Rejection) -> Rejection:
         """Count a rejection of a sample in `process`."""

@@ -12,12 +12,13 @@ from typing import Final
 
 import numpy as np
 
-from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core import ClosedState, Loads, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from ..messages.joint_samples import FloatArray, OrderedMotion, RejectedError
 from ..parameters import BANDWIDTH, MAX_GAP, TF_RATE, NodeSettings
 from .conditions import Conditions, loads_of
+from .estimates.payload import LEAST, SPACING, PayloadInput, Window
 from .estimates.tool_force import ToolForceInput
 from .floating.base import floating_base
 from .floating.evaluator import evaluator_of
@@ -63,7 +64,7 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
     if conditions.mode is not None:
         evaluator.set_mode(conditions.mode)
     topics = topics_of(robot, NodeSettings({TF_RATE.name: 0.0}))
-    tool = ToolForceInput(robot)
+    tool, scale = ToolForceInput(robot), PayloadInput(robot)
     position = _start(robot, rehearsal)
     for k, motion in enumerate(_motions(position)):
         # Refused samples are rehearsed too.
@@ -71,10 +72,22 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
             result = evaluator.step(k * _INTERVAL, motion)
             if robot.cylinders:
                 result.measured_forces = np.ones(len(robot.drives))
-                result.observe(tool)
+                result.observe(tool, scale, True)
                 _force_of(result)
             for topic in topics:
                 topic.fill(result)
+    if robot.cylinders and conditions.mode is None:
+        _weigh(robot, loads)
+
+
+def _weigh(robot: Robot, loads: Loads) -> None:
+    """Compile the code of weighing, by a window of samples at the reference."""
+    count = int(2.0 * LEAST / SPACING)
+    stamps = (np.arange(count) * SPACING * 1e9).astype(np.int64)
+    travel = _STEP * np.sin(np.arange(count))[:, None]
+    position = robot.reference + travel
+    forces = np.where([name in robot.cylinders for name in robot.drives], 1.0 + travel, np.nan)
+    Window(robot, loads, stamps, position, forces, None, in_file_modes=True).reading()
 
 
 def _force_of(result: MotionResult) -> None:

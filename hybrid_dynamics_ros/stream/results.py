@@ -14,6 +14,7 @@ from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import SingularityError
 
 from ..messages.joint_samples import FloatArray, OrderedMotion
+from .estimates.payload import PayloadInput, Windows
 from .estimates.tool_force import Residue, ToolForceInput
 from .filter.filter import StampEvent
 
@@ -46,6 +47,7 @@ class MotionResult:
         base_wrench: external wrench on a floating base (6,): force, then moment about its origin,
             in its axes [N, N m]; None if unknown; (N, 6) for rows.
         residue: what a momentum observer gives; None without measured forces or rates.
+        windows: the newest motion, for weighing; None without measured forces or rates.
         make_state: builds `state` from the arrays above.
     """
 
@@ -65,6 +67,7 @@ class MotionResult:
     measured_forces: FloatArray | None = None
     base_wrench: FloatArray | None = None
     residue: Residue | None = None
+    windows: Windows | None = None
 
     @cached_property
     def state(self) -> ClosedState:
@@ -106,8 +109,14 @@ class MotionResult:
         except SingularityError:
             return None
 
-    def observe(self, tool: ToolForceInput) -> None:
-        """Let a momentum observer take the result, if it has forces and rates."""
+    def observe(self, tool: ToolForceInput, scale: PayloadInput, in_file_modes: bool) -> None:
+        """Let the inputs of estimates take the result, if it has forces and rates.
+
+        Args:
+            tool: momentum observer.
+            scale: newest motion, for weighing.
+            in_file_modes: whether the assembly modes are those of the robot file.
+        """
         forces = self.measured_forces
         if forces is None or self.velocity is None:
             return
@@ -115,7 +124,10 @@ class MotionResult:
         if self.position.ndim == 1:
             state = ClosedState.joined([state])
         stamps = np.atleast_1d(np.asarray(self.stamp_ns, dtype=np.int64))
-        self.residue = tool.take(stamps, state, np.atleast_2d(forces), self.loads)
+        efforts = np.atleast_2d(forces)
+        self.residue = tool.take(stamps, state, efforts, self.loads)
+        given = (stamps, state.u, efforts, self.loads)
+        self.windows = scale.take(*given, in_file_modes=in_file_modes)
 
     @cached_property
     def pose(self) -> Pose:
@@ -144,6 +156,7 @@ class MotionResult:
             measured_forces=_rows_of(self.measured_forces, which),
             base_wrench=_rows_of(self.base_wrench, which),
             residue=None if self.residue is None else self.residue.rows(which),
+            windows=None if self.windows is None else self.windows.rows(which),
             extras=None if self.extras is None else [self.extras[k] for k in which.tolist()],
         )
 

@@ -33,6 +33,7 @@ from ..parameters import (
 from .conditions import (
     ConditionChange,
     Conditions,
+    NewZero,
     PayloadBody,
     calibration_of,
     kalman_of,
@@ -177,6 +178,9 @@ class Runtime:
             True if it was applied; False if code must be prepared first.
         """
         with self.lock:
+            if isinstance(change, NewZero):
+                change.zero(self.pipeline.scale)
+                return True
             conditions = change.applied(self.conditions)
             if not self.is_prepared(conditions):
                 return False
@@ -217,6 +221,7 @@ class Runtime:
             measured=self.measured,
             newest=None if result is None else result.position[: len(self.robot.active)],
             moving=self.moving,
+            weighed=self.pipeline.scale.duration,
         )
 
     def reset(self) -> None:
@@ -224,6 +229,7 @@ class Runtime:
         self.evaluator.reset()
         self.pipeline.readings.joiner.clear()
         self.pipeline.tool.reset()
+        self.pipeline.scale.reset()
         if self.pipeline.odometry is not None:
             self.pipeline.odometry.clear()
         if self.sensors is not None:

@@ -19,6 +19,7 @@ class Situation:
         measured: names of the measured joints.
         newest: active joints at the newest input (n,) [rad or m], or None before the first.
         moving: whether they were moving then.
+        weighed: length of the newest motion with measured forces [s].
     """
 
     conditions: Conditions = field(default_factory=Conditions)
@@ -26,3 +27,4 @@ class Situation:
     measured: tuple[str, ...] = ()
     newest: FloatArray | None = None
     moving: bool = False
+    weighed: float = 0.0

@@ -18,7 +18,7 @@ from hybrid_dynamics_core.dynamics.reactions import PinReaction
 from ..messages.cdr import MessageTemplate
 from ..messages.link_transforms import LinkTransforms
 from ..parameters import TF_RATE, NodeSettings, Parameter
-from .estimates.topics import ToolWrench
+from .estimates.topics import Contact, Payload, ToolWrench
 from .floating.base import floating_base
 from .frames import FrameNames, frame_names
 from .joint_topics import JointStates, MeasuredEfforts, RequiredEfforts
@@ -225,6 +225,8 @@ TOPICS: Final = (
     LoopReactions,
     CylinderStates,
     ToolWrench,
+    Contact,
+    Payload,
 )
 
 
@@ -242,6 +244,8 @@ def topics_of(robot: Robot, settings: NodeSettings) -> list[OutputTopic]:
         LoopReactions(robot, names),
         CylinderStates(robot),
         ToolWrench(robot, names),
+        Contact(robot, names),
+        Payload(robot, names),
     ]
     if settings[TF_RATE] >= 0.0:
         topics.append(Transforms(robot, names))

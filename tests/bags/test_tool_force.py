@@ -15,11 +15,11 @@ from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.recorded_pressures import PRESSURE_INPUT
-from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE
+from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, deserialize
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
 from hybrid_dynamics_ros.messages.pressures import PRESSURES, PressureSample
 from hybrid_dynamics_ros.parameters import TOPIC_RATES, NodeSettings
-from hybrid_dynamics_ros.stream.estimates.topics import ToolWrench
+from hybrid_dynamics_ros.stream.estimates.topics import Contact, ToolWrench
 from hybrid_dynamics_ros.stream.frames import frame_names
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from tests.bags.messages import START, joint_state
@@ -28,7 +28,7 @@ from tests.sampling import examples
 
 STEP = 10 * 10**6  # [ns]
 COUNT = 260
-ALL = NodeSettings({TOPIC_RATES[name].name: 0.0 for name in ("tool_wrench",)})
+ALL = NodeSettings({TOPIC_RATES[name].name: 0.0 for name in ("tool_wrench", "contact")})
 PUSH = np.array([2e4, -3e4, 0.0, 0.0, 0.0, 0.0])
 
 
@@ -74,15 +74,22 @@ def numbers(message, count, kind="<f8"):
     return np.frombuffer(message[-count * np.dtype(kind).itemsize :], kind)
 
 
-def test_the_stream_has_the_force(excavator, digging):
+def test_the_stream_has_the_force_and_the_contact(excavator, digging):
     pipeline = Pipeline(excavator, 10.0, 0.5)
     topic = ToolWrench(excavator, frame_names(excavator, NodeSettings({})))
-    wrenches = []
+    names = frame_names(excavator, NodeSettings({}))
+    wrenches, contacts = [], []
     for result in streamed(pipeline, digging):
         message = topic.fill(result)
         if message is not None:
             wrenches.append(numbers(message, 6))
+            contacts.append(deserialize(Contact(excavator, names).fill(result), Contact.kind))
     free, pushed = np.array(wrenches[:40]), np.array(wrenches[-40:])
+    assert not any(one.contact for one in contacts[:40])
+    assert all(one.contact and one.level > one.threshold for one in contacts[-40:])
+    covariance = np.reshape(contacts[-1].covariance, (6, 6))
+    assert np.isnan(covariance[2]).all()
+    assert 1.0 < np.sqrt(covariance[0, 0]) < 1e3
     assert np.abs(free[:, :2]).max() < 300.0
     assert pushed[:, :2] == pytest.approx(np.tile(PUSH[:2], (40, 1)), rel=0.01)
     assert np.isnan(pushed[:, 2]).all()
@@ -128,9 +135,11 @@ def test_recordings_have_the_force_of_the_stream(
         entries.append((PRESSURE_INPUT, PRESSURES, log, data))
         joint = joint_state(stamp, excavator.active, goal.u[k], goal.du[k])
         entries.append((INPUT, JOINT_STATE, log + 1, joint))
-    expected = {"tool_wrench": []}
+    expected = {"tool_wrench": [], "contact": []}
+    names = frame_names(excavator, NodeSettings({}))
     topics = {
-        "tool_wrench": ToolWrench(excavator, frame_names(excavator, NodeSettings({}))),
+        "tool_wrench": ToolWrench(excavator, names),
+        "contact": Contact(excavator, names),
     }
     for k in rows:
         stamp = START + STEP * k

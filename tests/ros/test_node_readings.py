@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hybrid_dynamics_msgs.msg import CylinderStates
+from hybrid_dynamics_msgs.msg import CylinderStates, ErrorCode, PayloadEstimate
+from hybrid_dynamics_msgs.srv import ZeroPayload
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import Payload, load
+from hybrid_dynamics_core.control import JointTrajectory
 from tests.sampling import swept
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
@@ -191,3 +193,50 @@ def test_the_force_at_the_tool_follows_from_pressures(start_node, connect):
     force = [wrench.wrench.force.x, wrench.wrench.force.y, wrench.wrench.force.z]
     np.testing.assert_allclose(force, [1e4, 3e4, math.nan], rtol=1e-6)
     assert wrench.wrench.torque.x == 0.0
+
+
+@pytest.mark.sweep(sample="test_a_stream_weighs_the_load_and_an_empty_tool_zeroes_it")
+def test_a_node_weighs_and_zeroes(start_node, connect):
+    """A lift of a load as a stream: a mass, contact none, and zero refused without a motion."""
+    start_node("-r", "__ns:=/scale", "-p", "robot:=excavator", "-p", "rates.payload:=0.0")
+    client = connect("/scale/hybrid_dynamics", only=("zero_payload",))
+    refused = client.call("zero_payload", ZeroPayload.Request())
+    assert refused.error_code == ErrorCode.NOT_READY
+    assert "0.0 s of motion" in refused.error_text
+    robot = load("excavator")
+    time = np.arange(0.0, 6.0, 0.04)
+    stops = np.zeros((3, 4))
+    points = [[0.0, 0.4, 1.05, 0.85], [0.5, 0.8, 1.0, 0.92], [0.8, 0.8, 0.7, 0.88]]
+    goal = JointTrajectory([0.0, 3.0, 6.0], points, stops, stops)(time)
+    state = robot.close(goal.u, goal.du)
+    laden = robot.loads.with_payload(Payload(900.0, [-0.6, 0.35, 0.0]))
+    cylinders = robot.hydraulics(state, robot.inverse_dynamics(state, goal.ddu, laden))
+    stamps = []
+    for k, u in enumerate(goal.u):
+        stamps.append(client.new_stamp(0.04))
+        pressures = CylinderStates(
+            name=list(cylinders),
+            cap_pressure=[float(one.cap_pressure[k]) for one in cylinders.values()],
+            rod_pressure=[float(one.rod_pressure[k]) for one in cylinders.values()],
+        )
+        client.publish("cylinder_pressures", pressures, stamps[-1])
+        message = JointState(name=list(robot.active), position=u.tolist())
+        client.publish("active_joint_states", message, stamps[-1])
+        client.wait_for("joint_states", stamps[-1])
+
+    def weighed():
+        for stamp in stamps:
+            message = client.received("payload", stamp)
+            if message is not None and message.quality != PayloadEstimate.NONE:
+                return message
+        return None
+
+    reading = client.wait_until(weighed, "a mass on ~/payload", 60.0)
+    assert reading.interval[0] < 900.0 < reading.interval[1]
+    assert reading.problem == ""
+    assert reading.header.frame_id == "end_effector"
+    zeroed = client.call("zero_payload", ZeroPayload.Request())
+    assert zeroed.error_code == ErrorCode.OK
+    assert 5.0 < zeroed.duration < 6.0
+    assert client.call("zero_payload", ZeroPayload.Request()).error_code == ErrorCode.NOT_READY
+    assert client.call("zero_payload", ZeroPayload.Request(clear=True)).error_code == ErrorCode.OK
