@@ -110,13 +110,12 @@ def short_examples() -> Iterator[str]:
             yield from (line for line in examples(words) if "|" not in line)
 
 
-PICTURES = re.compile(r" --(draw|plot)\b| workspace | bag report ")
+# pictures, searches for all modes, and compilers
+SLOW = re.compile(r" --(draw|plot)\b| workspace | bag report | --all\b| --format fmu ")
 LINES = list(short_examples())
 
 
-@pytest.mark.parametrize(
-    "line", swept(LINES, [line for line in LINES if not PICTURES.search(line)])
-)
+@pytest.mark.parametrize("line", swept(LINES, [line for line in LINES if not SLOW.search(line)]))
 @pytest.mark.usefixtures("folder")
 def test_the_examples_run(line: str) -> None:
     pytest.importorskip("matplotlib")

@@ -20,7 +20,7 @@ TILT = np.array(
 )
 
 
-@pytest.mark.parametrize("name", ["five_bar", "forging_chu2020", "delta", "gough"])
+@pytest.mark.parametrize("name", swept(["five_bar", "forging_chu2020", "delta", "gough"]))
 def test_a_target_is_reached_on_the_modes_of_a_given_state(name: str) -> None:
     machine = robot(name)
     for mode in machine.assembly_modes(machine.reference)[:4]:

@@ -18,7 +18,7 @@ EXACT = 1e-12
 
 def is_sample(name: str, which: str) -> bool:
     """Whether `make test` has a program: all of one robot, some of those of other closures."""
-    return name == "forging_chu2020" or (name in SAMPLE and which in ("close", "closed", "forward"))
+    return name == "forging_chu2020" or (name in SAMPLE and which in ("closed", "forward"))
 
 
 @pytest.mark.parametrize(

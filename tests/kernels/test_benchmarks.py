@@ -11,6 +11,9 @@ from benchmarks import agree, goals, run
 from benchmarks.measure import Timing
 from benchmarks.report import measured
 from benchmarks.side import Side
+from tests.sampling import swept
+
+SIDES = ("c_extension", "c_export", "pinocchio", "mujoco", "drake", "casadi", "plain_numpy")
 
 
 @pytest.mark.sweep(sample="test_every_side_that_is_installed_agrees")
@@ -32,7 +35,7 @@ def test_a_quick_report_holds_every_part(monkeypatch: pytest.MonkeyPatch) -> Non
 
 @pytest.mark.parametrize(
     "module",
-    ["c_extension", "c_export", "pinocchio", "mujoco", "drake", "casadi", "jax", "plain_numpy"],
+    swept((*SIDES, "jax"), SIDES),
 )
 def test_every_side_that_is_installed_agrees(module: str) -> None:
     notes: list[str] = []

@@ -244,7 +244,7 @@ def test_numbers_at_the_end_of_their_range_never_come_back_as_numbers(start_node
     sample="test_a_flood_of_calls_is_answered_busy_beyond_the_queue_and_the_node_goes_on"
 )
 def test_a_flood_leaves_memory_flat_and_the_last_message_is_answered():
-    told = benchmark("--flood", "--seconds", "10")
+    told = benchmark("--flood", "--seconds", "6")
     early, late = (
         float(x)
         for x in re.search(r"([\d.]+) MB 2 s into the flood, ([\d.]+) MB at", told).groups()

@@ -28,6 +28,7 @@ from hybrid_dynamics_ros.messages.joint_samples import JointSample
 from hybrid_dynamics_ros.node import qos
 from hybrid_dynamics_ros.parameters import FILTER_TYPE, KALMAN, KALMAN_BANDWIDTH, NodeSettings
 from tests.export.test_names import PUBLISHED, TEXT
+from tests.sampling import swept
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.0, 0.1, 0.15, 0.0]
@@ -68,7 +69,7 @@ def test_parameters_of_joints_with_names_of_ros(start_node, tmp_path):
     assert "Traceback" not in node.output()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", swept([signal.SIGINT, signal.SIGTERM], [signal.SIGINT]))
 def test_a_signal_repeated_while_messages_flow_ends_the_node_without_a_traceback(
     start_node, connect, number
 ):
@@ -221,18 +222,27 @@ def test_a_copied_robot_file_starts(start_node, tmp_path, robot):
     assert node.stop() == 0
 
 
+WRONG = ("acceleration_filter.bandwidth:=-1.0", "qos.input:=perfect", "bandwidth:=1.0")
+
+
 @pytest.mark.parametrize(
     ("argument", "words"),
-    [
-        ("acceleration_filter.bandwidth:=-1.0", ["acceleration_filter.bandwidth", "-1.0"]),
-        ("acceleration_filter.bandwidth:=fast", ["acceleration_filter.bandwidth", "fast"]),
-        ("qos.input:=perfect", ["qos.input", "perfect", "reliable, best_effort"]),
-        ("qos.input_depth:=0", ["qos.input_depth", "0"]),
-        ("robot:=''", ["robot"]),
-        ("acceleration_filter.bandwith:=1.0", ["did you mean 'acceleration_filter.bandwidth'?"]),
-        ("bandwidth:=1.0", ["did you mean 'acceleration_filter.bandwidth'?"]),
-        ("gravity:=[0.0, 1.0]", ["gravity", "expected 3 entries"]),
-    ],
+    swept(
+        [
+            ("acceleration_filter.bandwidth:=-1.0", ["acceleration_filter.bandwidth", "-1.0"]),
+            ("acceleration_filter.bandwidth:=fast", ["acceleration_filter.bandwidth", "fast"]),
+            ("qos.input:=perfect", ["qos.input", "perfect", "reliable, best_effort"]),
+            ("qos.input_depth:=0", ["qos.input_depth", "0"]),
+            ("robot:=''", ["robot"]),
+            (
+                "acceleration_filter.bandwith:=1.0",
+                ["did you mean 'acceleration_filter.bandwidth'?"],
+            ),
+            ("bandwidth:=1.0", ["did you mean 'acceleration_filter.bandwidth'?"]),
+            ("gravity:=[0.0, 1.0]", ["gravity", "expected 3 entries"]),
+        ],
+        WRONG,
+    ),
 )
 def test_a_wrong_parameter_ends_in_one_line_and_a_failure(start_node, argument, words):
     line = fatal_line(start_node("-p", argument))

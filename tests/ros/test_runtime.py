@@ -171,7 +171,7 @@ CASES = [("ankle", None), ("five_bar", None), ("palletizer", None), ("forging_ch
 
 
 @pytest.mark.parametrize(("name", "measured"), swept(CASES, ["five_bar"]))
-@examples(16)
+@examples(8)
 @given(st.data())
 def test_under_prepared_conditions_no_sample_waits_for_code(name, measured, data):
     """Whatever comes: a rehearsal runs all that any sample needs."""
