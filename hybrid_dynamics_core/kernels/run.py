@@ -109,7 +109,7 @@ class Kernel:
         return self._load("rows")
 
     @lazy
-    def _path(self) -> Callable[..., int]:
+    def path(self) -> Callable[..., int]:
         """Rows that each start from the previous one, as `fill_path` has it."""
         if self.backend == native.NAME:
             return self._load("path")
@@ -212,7 +212,7 @@ class Kernel:
             ValueError: the shapes are not those of the program.
         """
         plain = [np.require(a, np.float64, ["C", "A"]).view(np.ndarray) for a in arguments]
-        if self._path(*plain, *outs, codes) == NOT_TAKEN:
+        if self.path(*plain, *outs, codes) == NOT_TAKEN:
             shapes = [a.shape for a in (*arguments, *outs)]
             raise ValueError(
                 f"a kernel of {self._sizes} -> {self.layout} was given arrays of shapes {shapes}"

@@ -153,6 +153,31 @@ class LiveProgram:
         return Results(outputs, results.checks)
 
 
+@dataclass(frozen=True)
+class BoundProgram:
+    """A program of a live model, with the parameters as its second input.
+
+    Attributes:
+        model: the model.
+        program: the program.
+    """
+
+    model: LiveModel
+    program: Program
+
+    def kernel(self, label: str) -> Kernel:
+        """The program as functions of arrays."""
+        first, *others = self.program.inputs
+        sizes = [self.program.size(self.model, name) for name in self.program.inputs]
+
+        def run(given: Scalars, parameters: Scalars, *vectors: Scalars) -> Results:
+            named = dict(zip(others, vectors, strict=True))
+            named[first] = given
+            return self.program.run(self.model.at(parameters), Inputs(**named))
+
+        return Kernel(run, [sizes[0], self.model.count, *sizes[1:]], label=label)
+
+
 def outputs_of(outputs: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
     """Some of the outputs."""
     return {name: outputs[name] for name in names}

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from ..ground.arrays import Array
+from ..ground.lazy import lazy
 from ..kernels.run import Codes, Kernel
 from ..programs import Model, Program
 from .model import RobotModel
+
+if TYPE_CHECKING:
+    from .parameters.shared import SharedCode
 
 
 class KernelStore:
@@ -37,8 +42,19 @@ class KernelStore:
         """
         if key not in self.kernels:
             label = f"{key.partition(' ')[0]} of {self.model.name}"
-            self.kernels[key] = program.kernel(model or self.model.program_model, label)
+            described = self.model.program_model
+            kernel: Kernel | None = None
+            if self._shared is not None and model in (None, described):
+                kernel = self._shared.kernel(key, program, label)
+            self.kernels[key] = kernel or program.kernel(model or described, label)
         return self.kernels[key]
+
+    @lazy
+    def _shared(self) -> SharedCode | None:
+        """The code that the robot shares with others; None if it has its own."""
+        from .parameters.shared import shared_code  # noqa: PLC0415  few robots need it
+
+        return shared_code(self.model)
 
     def run(
         self,

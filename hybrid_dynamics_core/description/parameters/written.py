@@ -25,6 +25,7 @@ class Written:
     Attributes:
         document: the document; not changed.
         changes: numbers in place of those of the document, by path.
+        code: code that robots of this document share, by the numbers that they differ in.
     """
 
     def __init__(
@@ -40,6 +41,7 @@ class Written:
         self.document = document
         self.changes: dict[KeyPath, Any] = dict(changes or {})
         self._build = build
+        self.code: dict[Any, Any] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle without the cached documents."""
@@ -79,13 +81,20 @@ class Written:
 
     def changed(self, changes: Mapping[KeyPath, Any]) -> Written:
         """The same with further changes."""
-        return Written(self.document, self._build, {**self.changes, **changes})
+        other = Written(self.document, self._build, {**self.changes, **changes})
+        other.code = self.code
+        return other
 
 
 def carry(description: RobotDescription, written: Written | None) -> RobotDescription:
     """Let a description carry what it was built from; `dataclasses.replace` drops it."""
     object.__setattr__(description, "written", written)
     return description
+
+
+def noted(description: RobotDescription, note: str) -> None:
+    """Add a note to a description that was just made."""
+    object.__setattr__(description, "notes", (*description.notes, note))
 
 
 def written_of(description: RobotDescription) -> Written:

@@ -7,6 +7,7 @@ from typing import Any, Protocol, TypeVar
 
 from ...description import parameters as numbers
 from ...description.model import RobotDescription
+from ...description.parameters.written import noted
 from ...errors import DescriptionError
 
 
@@ -18,6 +19,10 @@ class Described(Protocol):
     @property
     def description(self) -> RobotDescription:
         """The description."""
+
+    @property
+    def mode_names(self) -> Mapping[str, tuple[str, ...]]:
+        """Assembly modes of the loops that have closed forms."""
 
 
 R = TypeVar("R", bound=Described)
@@ -33,17 +38,22 @@ def with_parameters(robot: R, values: Mapping[str, Any] | None = None, /, **para
         parameters: the same for names of `parameters:`, as keywords.
 
     Returns:
-        The other robot.
+        The other robot. A note says which loops lost their closed forms. From the second robot with
+        other values of the same numbers on, robots share compiled code.
 
     Raises:
         InputError: there is no such number, a value is none, or the robot was not read from a file.
         DescriptionError: the numbers do not fit; the loops do not close with them, for example.
     """
     given = {**(values or {}), **parameters}
+    listed = ", ".join(f"{name} = {value}" for name, value in given.items())
     try:
         description = numbers.with_parameters(robot.description, given)
-        return type(robot)(description)
+        other = type(robot)(description)
     except DescriptionError as error:
-        listed = ", ".join(f"{name} = {value}" for name, value in given.items())
         error.args = (f"{error} (with {listed})",)
         raise
+    for loop in robot.mode_names:
+        if loop not in other.mode_names:
+            noted(other.description, f"{loop}: no closed form with {listed}; solved by iteration")
+    return other

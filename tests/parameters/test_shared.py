@@ -1,0 +1,85 @@
+"""Robots that differ in some numbers share code, and compute what each would with its own."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core.kernels.bound import BoundKernel
+from hybrid_dynamics_core.kernels.run import VARIABLE
+from tests.sampling import swept
+
+NUMBERS = {
+    "ankle": {"rod": 0.215, "links.foot.mass": 1.3},
+    "delta": {"modules.delta.parameters.arm": 0.31, "joints.theta_A.offset": 0.01},
+    "excavator": {"boom": 5.72, "loops.bucket_bars.pin.bucket": [-0.11, 0.4, 0.0]},
+    "forging_chu2020": {"L2": 0.701},
+    "gough": {"modules.hexapod.parameters.base_radius": 1.05},
+    "type_c": {"links.jib.mass": 2.5, "stay_x": "-255*mm"},
+}
+
+
+@pytest.fixture(autouse=True)
+def _without_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "python")
+
+
+def scaled(values: dict, factor: float) -> dict:
+    """Other values of the same numbers, near those of the description."""
+    robot_values = {}
+    for name, value in values.items():
+        robot_values[name] = np.asarray(value) * factor if not isinstance(value, str) else value
+    return robot_values
+
+
+def results(robot: Robot) -> list[np.ndarray]:
+    u = robot.reference + 0.01
+    rates = 0.1 * np.ones(len(u))
+    state = robot.close(u, rates)
+    path = robot.close_path(np.linspace(robot.reference, u, 3))
+    tau = robot.inverse_dynamics(state, rates)
+    return [
+        state.s,
+        state.R,
+        state.distances,
+        path.s,
+        tau,
+        robot.forward_kinematics(state).position,
+        robot.kernels.inverse_dynamics(u, rates, rates),
+        robot.forward_dynamics(state, tau),
+    ]
+
+
+@pytest.mark.parametrize("name", swept(NUMBERS, ("excavator",)))
+def test_shared_code_computes_what_code_of_its_own_does(name: str) -> None:
+    robot = load(name)
+    robot.with_parameters(NUMBERS[name]).close(robot.reference)
+    near = scaled(NUMBERS[name], 1.001)
+    second, third = (robot.with_parameters(near) for _ in range(2))
+    alone = copy.deepcopy(robot).with_parameters(near)
+    for shared, own in zip(results(second), results(alone), strict=True):
+        size = np.abs(own).max(initial=1.0)
+        assert np.allclose(shared, own, rtol=0.0, atol=1e-8 * size)
+    results(third)
+    kernel = second._kernels.kernels["close"]
+    assert isinstance(kernel, BoundKernel)
+    assert kernel._shared is third._kernels.kernels["close"]._shared
+    assert not isinstance(alone._kernels.kernels["close"], BoundKernel)
+
+
+def test_a_robot_of_another_structure_says_so_and_has_code_of_its_own() -> None:
+    robot = load("ankle")
+    name = "legs.push_L.joints[2].origin.xyz[2]"  # the axes of the universal joint no longer meet
+    first, straight = (robot.with_parameters({name: value}) for value in (0.0, 1e-13))
+    other = robot.with_parameters({name: 0.002})
+    notes = [note for note in other.description.notes if "solved by iteration" in note]
+    assert [note.split(":")[0] for note in notes] == ["push_L"]
+    assert f"{name} = 0.002" in notes[0]
+    assert not any("solved by iteration" in note for note in straight.description.notes)
+    for machine in (first, straight, other):
+        assert np.isfinite(machine.close(machine.reference).s).all()
+    assert straight._kernels._shared is not None
+    assert other._kernels._shared is None
