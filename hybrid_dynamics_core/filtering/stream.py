@@ -22,6 +22,7 @@ from .belief import Belief, Layout, predicted
 from .gate import GATE, Innovation, updated
 from .motion_model import MotionModel
 from .observability import Observability, observability
+from .raw_checks import check_values
 from .sensors import Sensor
 from .start import SEARCHES, Reading, first_belief
 
@@ -220,6 +221,9 @@ class StateFilter:
         readings = sorted(self._first, key=self._key)
         self._require_enough(names)
         self._first = []
+        for name in sorted(names):
+            values = [reading.values for reading in readings if reading.sensor == name]
+            check_values(self.layout.sensors[name], np.stack(values))
         first: dict[str, Reading] = {}
         for reading in readings:
             first.setdefault(reading.sensor, reading)

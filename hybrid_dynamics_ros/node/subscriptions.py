@@ -227,6 +227,9 @@ class Stream:
             if rejection is None:
                 with self._runtime.lock:
                     sample = sensors.take(read(message))
+                for name in sensors.doubtful:
+                    text = f"{name} contradicts the other sensors; its readings are left out"
+                    self._log.warn(("sensor", name), text)
                 if sample is None:
                     return True
                 rejection = self._answer(sample)

@@ -25,6 +25,7 @@ from ..parameters import (
     STROKE_WARN,
     NodeSettings,
 )
+from .estimates.sensor_input import SensorInput
 from .limit_margins import drives_beyond, margins_of_result
 from .pipeline import Counts
 from .results import MotionResult
@@ -68,6 +69,7 @@ class Monitor:
         self.lost = 0  # lost messages, by sequence numbers
         self.inactive = 0  # inputs skipped while the node was inactive
         self.pressures = Tally()
+        self.sensors: SensorInput | None = None
         # Incompatible publishers and subscriptions of the node's topics, with reasons.
         self.unconnected = ""
         self.last_error = ""
@@ -102,6 +104,7 @@ class Monitor:
             settings: settings with thresholds.
         """
         entries = [*self._traffic(counts, settings), *self._timing(result, now_ns, settings)]
+        entries += self._sensor_entries()
         return [*entries, StatusEntry("last error", self.last_error or "none")]
 
     def beyond(self, result: MotionResult) -> dict[str, str]:
@@ -135,6 +138,14 @@ class Monitor:
             self._pressure_entry(),
             StatusEntry("not connected", self.unconnected or "none", _warn_if(self.unconnected)),
         ]
+
+    def _sensor_entries(self) -> list[StatusEntry]:
+        """What became of readings of sensors; a warning if one contradicts the others."""
+        if self.sensors is None:
+            return []
+        level = _warn_if(self.sensors.doubtful)
+        facts = self.sensors.describe()
+        return [StatusEntry(name, text, level) for name, text in facts.items()]
 
     def _pressure_entry(self) -> StatusEntry:
         """Number of pressure messages since the start; a warning if some were refused since."""

@@ -78,6 +78,7 @@ class Runtime:
         self.sensors = sensor_input_of(robot, measured, settings)
         self.evaluator = self.pipeline.evaluator
         self.monitor = Monitor(StrokeMargins(robot))
+        self.monitor.sensors = self.sensors
         self.lock = threading.RLock()  # for the stream and for calls with changes
         self.result: MotionResult | None = None
         self.conditions = Conditions()

@@ -112,11 +112,13 @@ def test_a_wrong_file_is_refused_with_its_line(before, after, message):
 
 def test_readings_out_of_order_and_repeated_are_told():
     time, readings = recorded()
+    time, readings = time[:15], {name: values[:15] for name, values in readings.items()}
+    short = {name: (time, values) for name, values in readings.items()}
     order = np.arange(len(time))
     order[[10, 11]] = [11, 10]
     order = np.append(order, order[-1])
-    plain = estimated(table())
-    mixed = estimated(table(slew=(time[order], readings["slew"][order])))
+    plain = estimated(short)
+    mixed = estimated({**short, "slew": (time[order], readings["slew"][order])})
     assert np.array_equal(plain.state.s, mixed.state.s)
     assert mixed.notes == (
         "slew: the clock goes back 1 time; sorted by stamps",
@@ -125,7 +127,7 @@ def test_readings_out_of_order_and_repeated_are_told():
     twice = time.copy()
     twice[5] = twice[4]
     with pytest.raises(SensorError, match=f"slew: two different readings.* {twice[4]:g} s"):
-        estimated(table(slew=(twice, readings["slew"])))
+        estimated({**short, "slew": (twice, readings["slew"])})
 
 
 def wrong(name, change):
@@ -208,6 +210,7 @@ def bag_entries(columns):
     return entries
 
 
+@pytest.mark.sweep(sample="test_the_command_writes_states")
 def test_a_bag_and_its_table_give_the_same_states(tmp_path):
     robot = excavator()
     given = sensors_from_text(FILE_OF_TOPICS, robot)

@@ -7,10 +7,16 @@ import pytest
 from sensor_msgs.msg import Imu, JointState
 
 from hybrid_dynamics_core import load
+from hybrid_dynamics_core.filtering import read_sensors
 from hybrid_dynamics_ros.messages.imu import sample_of_imu
 from hybrid_dynamics_ros.messages.joint_samples import RejectedError
-from hybrid_dynamics_ros.messages.sensor_topics import SensorReading, inertial_readings
+from hybrid_dynamics_ros.messages.sensor_topics import (
+    SensorReading,
+    SensorTopics,
+    inertial_readings,
+)
 from hybrid_dynamics_ros.parameters import NodeSettings, ParameterError
+from hybrid_dynamics_ros.stream.estimates.sensor_input import SensorInput, sensor_input_of
 from hybrid_dynamics_ros.stream.results import MotionResult
 from hybrid_dynamics_ros.stream.runtime import Runtime
 
@@ -68,14 +74,38 @@ def test_readings_give_joints_as_if_they_were_measured(path):
     np.testing.assert_allclose(results[-1].position, truth.s, atol=1e-3)
     assert results[-1].efforts is not None
     assert "slew" in inputs.describe()["deviations"]
+    assert not inputs.doubtful
+    for k in range(20, 60):
+        inputs.take([SensorReading("slew", START + PERIOD * k, np.array([1.5]))])
+    assert inputs.doubtful == ("slew",)
+    entries = runtime.monitor._sensor_entries()
+    assert entries[0].value == "slew"
     runtime.reset()
     assert inputs.describe()["readings used"] == "0"
 
 
+def test_an_accelerometer_in_g_is_refused_by_name(path):
+    robot = load("excavator")
+    settings = NodeSettings({"estimation.sensors": str(path)})
+    inputs = SensorInput(robot, robot.active, settings, path)
+    carried = [sensor for group in inputs.topics.inertial.values() for sensor in group]
+    carried += inputs.topics.joints["~/sensor_states"]
+    readings = []
+    for k in range(10):
+        for sensor in carried:
+            values = sensor.observe(truth_of(robot), np.zeros(4)).readings
+            if sensor.name == "bucket.accelerometer":
+                values = values / 9.80665
+            readings.append(SensorReading(sensor.name, START + PERIOD * k, values))
+    text = r"bucket\.accelerometer reads 1.* it seems to be in g"
+    with pytest.raises(RejectedError, match=text):
+        inputs.take(readings)
+
+
 def test_what_is_not_measured_is_no_reading_and_what_is_not_finite_is_refused(path):
     robot = load("excavator")
-    runtime = Runtime(robot, NodeSettings({"estimation.sensors": str(path)}))
-    sensors = runtime.sensors.topics.inertial["/b"]
+    topics = SensorTopics(read_sensors(path, robot).sensors)
+    sensors = topics.inertial["/b"]
     message = imu_message(sensors, truth_of(robot))
     message.angular_velocity_covariance[0] = -1.0
     names = [reading.sensor for reading in inertial_readings(sensors, sample_of_imu(message))]
@@ -94,8 +124,10 @@ def test_what_is_not_measured_is_no_reading_and_what_is_not_finite_is_refused(pa
 )
 def test_a_file_that_does_not_do_is_refused(path, before, after, text):
     path.write_text(FILE.replace(before, after), encoding="utf-8")
+    robot = load("excavator")
+    settings = NodeSettings({"estimation.sensors": str(path)})
     with pytest.raises(ParameterError, match=rf"parameter estimation.sensors: .*{text}"):
-        Runtime(load("excavator"), NodeSettings({"estimation.sensors": str(path)}))
+        sensor_input_of(robot, robot.active, settings)
 
 
 @pytest.mark.sweep(sample="test_readings_give_joints_as_if_they_were_measured")

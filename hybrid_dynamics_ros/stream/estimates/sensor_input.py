@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -24,6 +25,7 @@ from ...parameters import (
 )
 
 NS: Final = 10**9
+DOUBTFUL: Final = 30  # readings in a row beyond their gate, after which a sensor is doubtful
 
 
 class SensorInput:
@@ -57,6 +59,7 @@ class SensorInput:
         self._first_ns: int | None = None
         self._newest_ns = 0
         self._given_ns = -(2**62)
+        self._in_row: Counter[str] = Counter()
 
     def take(self, readings: Sequence[SensorReading]) -> JointSample | None:
         """Take the readings of a message; the joints, when they are due.
@@ -69,10 +72,14 @@ class SensorInput:
                 self._first_ns = self._newest_ns = reading.stamp_ns
             time = (reading.stamp_ns - self._first_ns) / NS
             try:
-                self._filter.add(time, reading.sensor, reading.values)
+                shown = self._filter.add(time, reading.sensor, reading.values)
             except InputError as error:
                 raise RejectedError(RejectionCode.REFUSED, one_line(error)) from error
             self._newest_ns = max(self._newest_ns, reading.stamp_ns)
+            for innovation in shown:
+                self._in_row[innovation.sensor] += 1
+                if innovation.is_used:
+                    self._in_row[innovation.sensor] = 0
         is_due = self._newest_ns >= self._given_ns + self._period_ns
         if not self._filter.has_started or not is_due:
             return None
@@ -91,10 +98,16 @@ class SensorInput:
             acceleration=accelerations[self._columns],
         )
 
+    @property
+    def doubtful(self) -> tuple[str, ...]:
+        """Sensors whose newest readings all contradict the others."""
+        return tuple(name for name, count in self._in_row.items() if count >= DOUBTFUL)
+
     def describe(self) -> dict[str, str]:
         """What became of the readings, and how well each joint is determined."""
         counts = self._filter.counts
         facts = {
+            "sensors that contradict the others": ", ".join(self.doubtful) or "none",
             "readings used": str(counts.used.total()),
             "readings beyond the gate": _by_sensor(counts.beyond_gate),
             "readings too late": _by_sensor(counts.late),
