@@ -14,6 +14,7 @@ from hybrid_dynamics_core.calibration import (
     calibrate,
     choose_poses,
     new_text,
+    validate,
 )
 from hybrid_dynamics_core.calibration.outlying import LOSSES, Loss
 from hybrid_dynamics_core.description.expressions import evaluate
@@ -76,6 +77,12 @@ Examples:
     help="Leave outliers out, give them less weight, or trust all.",
 )
 @click.option(
+    "--hold-out",
+    type=PATH,
+    metavar="FILE",
+    help="Measurements on which the estimates are checked, as DATA.",
+)
+@click.option(
     "--candidates",
     type=PATH,
     metavar="FILE",
@@ -98,6 +105,7 @@ def command(
     free: tuple[str, ...],
     sigma: tuple[str, ...],
     loss: Loss,
+    hold_out: Path | None,
     candidates: Path | None,
     choose: int,
     output: str | None,
@@ -109,6 +117,12 @@ def command(
     result = calibrate(robot, data, ",".join(free), sigma_of(sigma), loss)
     report = facts(result)
     text = text_of(result)
+    if hold_out is not None:
+        checks = validate(result, hold_out)
+        report["hold_out"] = {name: asdict(one) for name, one in checks.items()}
+        for name, one in checks.items():
+            sizes = f"{one.before:.3g} before, {one.after:.3g} after"
+            text += f"\n{hold_out}: residuals of {name}, rms [{one.unit}]: {sizes}"
     if candidates is not None:
         choice = further(result, robot, candidates, choose)
         report["further"] = {"lines": list(choice.lines), "deviations": choice.deviations}
@@ -205,6 +219,7 @@ def facts(result: Calibration) -> dict[str, Any]:
         "chi2": result.chi2,
         "freedom": result.freedom,
         "unseen": unseen,
+        "fixed": dict(result.fixed),
         "outliers": outliers,
         "residuals": residuals,
     }
@@ -221,6 +236,7 @@ def text_of(result: Calibration) -> str:
         rows.append([name, one.start, f"{one.value:.9g}", change, half, one.unit])
     heads = ["parameter", "file", "estimate", "change", "with 95 %", "unit"]
     lines = [table(heads, rows), ""]
+    lines += [f"{name} cannot change: {problem}" for name, problem in result.fixed.items()]
     lines += [f"not shown by the measurements: {one}" for one in result.unseen]
     lines.append(f"reduced chi-squared {result.chi2:.3f}, {result.freedom:.1f} degrees of freedom")
     for name, misfit in result.misfits.items():

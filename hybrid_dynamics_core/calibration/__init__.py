@@ -6,6 +6,7 @@ from .choice import PoseChoice, choose_poses
 from .new_file import new_text
 from .result import Calibration, Estimate, Misfit, OutlyingRow
 from .unseen import Unseen
+from .validation import Validation, validate
 
 __all__ = [
     "AdjustableRobot",
@@ -16,7 +17,9 @@ __all__ = [
     "OutlyingRow",
     "PoseChoice",
     "Unseen",
+    "Validation",
     "calibrate",
     "choose_poses",
     "new_text",
+    "validate",
 ]

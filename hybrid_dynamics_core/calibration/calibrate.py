@@ -163,6 +163,7 @@ class _Results:
             chi2=fitted.chi2,
             freedom=fitted.freedom,
             unseen=tuple(unseen_combinations(names, fitted.covariance, scales, prior)),
+            fixed={names[k]: problem for k, problem in machine.fixed.items()},
             outliers=tuple(self._outliers()),
             misfits=self._misfits(),
             covariance=variance * fitted.covariance / np.outer(scales, scales),

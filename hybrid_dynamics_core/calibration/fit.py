@@ -176,6 +176,7 @@ class Fitter:
         damped = np.vstack([scaled, np.sqrt(damping) * np.eye(count)])
         goal = np.concatenate([-target, np.zeros(count)])
         step = np.linalg.lstsq(damped, goal, rcond=None)[0]
+        step[list(self.sensitivity.machine.fixed)] = 0.0
         after = target + scaled @ step
         return step / norms, float(target @ target - after @ after)
 

@@ -12,13 +12,13 @@ from ..closed_state.state import ClosedState
 from ..closure.constraints.from_description import loop_equations
 from ..description.geometry import Transform, rotation_from_rpy
 from ..description.model import Closure, Frame, RobotDescription
-from ..errors import InputError, StateError
+from ..errors import DescriptionError, InputError, StateError
 from ..ground.arrays import Array
 from ..mechanism.tree import build_tree
 from ..robot.robot import Robot
 from .adjustable import AdjustableRobot, FreeParameter
 from .closed_rows import RANK, ClosedRows, Geometry
-from .loop_choices import LoopChoices, with_general_bars
+from .loop_choices import PROBE, LoopChoices, with_general_bars
 
 INDEPENDENT = 1e-3  # part of a coordinate's row that others may not give
 
@@ -31,6 +31,8 @@ class Machine:
         parameters: the free parameters, k of them.
         robot: the robot as it is in the file.
         start: values of the parameters in the file (k,) [rad, m].
+        fixed: parameters that the structure of the robot does not allow to change, by index, with
+            the reason. They keep their values.
     """
 
     def __init__(self, adjustable: AdjustableRobot, parameters: Sequence[FreeParameter]) -> None:
@@ -40,6 +42,14 @@ class Machine:
         self.robot = adjustable.robot
         self._nominal = self.robot.description
         self._choices = LoopChoices(adjustable, self.parameters, self._nominal)
+        self.fixed: dict[int, str] = {}
+        for k in range(len(self.parameters)):
+            problem = self._problem(k)
+            if problem:
+                self.fixed[k] = problem
+        if len(self.fixed) == len(self.parameters):
+            name = self.parameters[0].name
+            raise InputError(f"free: {name} cannot change: {self.fixed[0]}")
 
     def geometry(self, values: Array) -> Geometry:
         """The geometry for values (k,) of the parameters.
@@ -60,6 +70,23 @@ class Machine:
                 (joint,) = parameter.path
                 gains[tree.coordinates.index(str(joint))] = value
         return Geometry(tree, tuple(loops), frames, base, gains)
+
+    def _problem(self, k: int) -> str:
+        """Why the structure of the robot does not allow a parameter to change; empty if it does.
+
+        The loader corrects rounded numbers, so the change is larger than their digits.
+        """
+        problem = ""
+        for sign in (1.0, -1.0):
+            values = self.start.copy()
+            values[k] += sign * PROBE
+            try:
+                self.geometry(values)
+            except DescriptionError as error:
+                problem = str(error)
+            else:
+                return ""
+        return problem
 
     def _base(self, values: Array) -> Transform:
         """The pose of the base in the measuring frame."""

@@ -106,8 +106,8 @@ class Coordinate(Quantity):
 
     @property
     def noise(self) -> str:
-        """Each encoder has its own deviation, or that of its unit."""
-        return self.name
+        """Encoders of one unit are alike, and others than what measures the tool."""
+        return f"encoders [{self.unit}]"
 
     def difference(self, posed: PosedRows, measured: Array) -> Array:
         """Difference of the coordinate; angles within half a turn."""

@@ -91,6 +91,8 @@ class Calibration:
         chi2: reduced chi-squared: 1 if the residuals are as large as the noise.
         freedom: degrees of freedom.
         unseen: combinations that no measurement shows.
+        fixed: reason by path of each parameter that the structure of the robot does not allow to
+            change; it keeps its value.
         outliers: measurements that do not fit the others.
         misfits: residuals by quantity.
         covariance: of the parameters (k, k), in the order of `parameters`.
@@ -107,6 +109,7 @@ class Calibration:
     chi2: float
     freedom: float
     unseen: tuple[Unseen, ...]
+    fixed: Mapping[str, str]
     outliers: tuple[OutlyingRow, ...]
     misfits: Mapping[str, Misfit]
     covariance: Array

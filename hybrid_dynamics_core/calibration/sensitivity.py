@@ -66,7 +66,9 @@ class Sensitivity:
         """The natural unit of a parameter: 1 for lengths, the reach for angles."""
         if parameter.place == "gain":
             return self.scale_of_gain(str(parameter.path[0]))
-        unit = parameter.unit or self.unit_by_influence(k)
+        unit = parameter.unit
+        if not unit and k not in self.machine.fixed:
+            unit = self.unit_by_influence(k)
         if unit == "rad":
             return self.reach
         return 1.0
@@ -157,6 +159,9 @@ class Sensitivity:
         motion = _Motion(self, at)
         columns: list[Array] = []
         for k in range(len(self.machine.parameters)):
+            if k in self.machine.fixed:
+                columns.append(np.zeros_like(at.differences))
+                continue
             above = motion.differences(k, 1.0)
             below = motion.differences(k, -1.0)
             column = (above - below) / (2.0 * self.step)

@@ -123,6 +123,11 @@ WRONG = {
         "reach",
         ".csv:13: loop 'lift' cannot close",
     ),
+    "a tilt that a planar loop does not allow": (
+        lambda data: data,
+        "joints.pivot.origin.rpy[0]",
+        "free: joints.pivot.origin.rpy[0] cannot change",
+    ),
     "half a quaternion": (
         lambda data: data | {"tool.qx": data["tool.x"]},
         "reach",
@@ -169,6 +174,19 @@ def test_a_wrong_table_gets_one_line(measured, tmp_path, text, message):
     assert answer.exit_code == 2, answer.output
     assert message in answer.stderr
     assert answer.stderr.strip().count("\n") == 0
+
+
+def test_other_measurements_check_the_estimates(measured, tmp_path):
+    _, robot, true, data = measured
+    path = table(tmp_path / "data.csv", data)
+    others = table(tmp_path / "others.csv", columns(true, poses(25, seed=8), noise=NOISE, seed=9))
+    words = ("--robot", robot, "--free", FREE, "--sigma", "0.05*mm")
+    answer = data_of("calibrate", path, *words, "--hold-out", others)
+    check = answer["hold_out"]["tool"]
+    assert check["before"] > 1e-3
+    assert 0.7 * NOISE < check["after"] < 1.4 * NOISE
+    held_out = answer["residuals"]["tool"]["held_out"]
+    assert 0.7 * NOISE < held_out < 1.4 * NOISE
 
 
 @pytest.mark.parametrize("sigma", ["0.05*kg", "-1*mm", "points=1*mm", "0"])

@@ -126,6 +126,19 @@ def test_what_cannot_be_seen_apart_is_named(tmp_path):
     assert {"reach", "links.crank.mass"} <= named
 
 
+def test_what_cannot_change_keeps_its_value_and_the_others_are_found(tmp_path):
+    true = changed(tmp_path, foot="xyz: [0.301, 0, -0.5]")
+    data = columns(true, poses(20), noise=NOISE)
+    result = calibrate(write(tmp_path), data, "joints.pivot.origin.xyz, reach", sigma=NOISE)
+    across = "joints.pivot.origin.xyz[1]"
+    assert list(result.fixed) == [across]
+    assert "along the loop's axis" in result.fixed[across]
+    assert result.parameters[across].value == 0.0
+    assert not result.identifiable[across]
+    along = result.parameters["joints.pivot.origin.xyz[0]"]
+    assert along.interval[0] < 0.301 < along.interval[1]
+
+
 def test_two_offsets_about_one_axis_are_seen_only_together(tmp_path):
     data = columns(changed(tmp_path), poses(12), noise=NOISE)
     free = "joints.turn.offset, joints.turn.origin.rpy[2], reach"

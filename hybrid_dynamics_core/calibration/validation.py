@@ -1,0 +1,63 @@
+"""Residuals on measurements that had no part in a calibration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..ground.arrays import Array
+from .calibrate import Data
+from .data_file import table_of
+from .machine import Machine
+from .observations import observe
+from .result import Calibration
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Residuals of one quantity on other measurements, root mean squares [m or rad].
+
+    Attributes:
+        before: with the file as it was.
+        after: with the estimates.
+        unit: `m` or `rad`.
+    """
+
+    before: float
+    after: float
+    unit: str
+
+
+def validate(calibration: Calibration, data: Data) -> dict[str, Validation]:
+    """Residuals on other measurements, by quantity.
+
+    Args:
+        calibration: the result.
+        data: a CSV file with a header, or columns (N,) by name, as in `calibrate`.
+
+    Raises:
+        InputError: a column is wrong, or a row does not close.
+    """
+    machine = Machine(calibration.robot, calibration.free)
+    table = table_of(data)
+    old = observe(machine, table)
+    new = observe(machine, table, calibration.values)
+    before = old.differences(old.closed.poses())
+    after = new.differences(new.closed.poses())
+    owners = np.array(new.owners())
+    results: dict[str, Validation] = {}
+    for k, quantity in enumerate(new.quantities):
+        mine = owners == k
+        sizes = rms(before[:, mine]), rms(after[:, mine])
+        results[quantity.name] = Validation(*sizes, quantity.unit)
+    return results
+
+
+def rms(values: Array) -> float:
+    """Root mean square of what was measured; NaN of nothing."""
+    measured = values[np.isfinite(values)]
+    if not measured.size:
+        return float("nan")
+    squares = measured**2
+    return float(np.sqrt(squares.mean()))
