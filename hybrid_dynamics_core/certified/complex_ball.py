@@ -56,7 +56,7 @@ class Ball(NamedTuple):
         changes = changed + self.radius * other.magnitude
         return Ball(middle, _raised(changes, middle))
 
-    def over(self, other: Ball) -> Ball:
+    def divided_by(self, other: Ball) -> Ball:
         """The quotients; without bound where the divisor may be zero."""
         least = other.least
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -120,7 +120,7 @@ class Polynomial(NamedTuple):
         *others, total = self.coefficients
         for coefficient in reversed(others):
             total = total.times(z).plus(coefficient)
-        inverse = Ball(np.ones_like(z.middle), np.zeros_like(z.radius)).over(z)
+        inverse = Ball(np.ones_like(z.middle), np.zeros_like(z.radius)).divided_by(z)
         factor = z
         if self.lowest < 0:
             factor = inverse

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ..capability import LiftingChart, lifting_chart
+from ..certified.boxes.cells import CertifiedCells
 from ..closed_state.state import ClosedState
 from ..errors import InputError, MissingPackageError
 from ..kinematics.workspace import Workspace
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "draw",
+    "draw_cells",
     "draw_lifting_chart",
     "draw_margins",
     "draw_modes",
@@ -256,6 +258,37 @@ def draw_lifting_chart(
     from .maps.lifting import lifting_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = lifting_figure(robot, lifting_chart(robot) if chart is None else chart, title)
+    _write(figure, path)
+    return figure
+
+
+def draw_cells(
+    robot: AnyRobot,
+    cells: CertifiedCells,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    title: str | None = None,
+) -> Figure:
+    """Draw certified cells of two active coordinates: inner and outer bounds of the workspace.
+
+    Args:
+        robot: to be drawn, or its description.
+        cells: `robot.certify_cells(ranges)` with two ranges.
+        path: file of the figure, .svg, .png or .pdf.
+        title: title of the figure; None: the robot's name.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for cells of more or fewer coordinates, and for other suffixes.
+        MissingPackageError: without Matplotlib.
+    """
+    _need_matplotlib()
+    robot = robot_of(robot)
+    from .maps.certified_cells import cells_figure  # noqa: PLC0415  needs Matplotlib
+
+    figure = cells_figure(robot, cells, title)
     _write(figure, path)
     return figure
 

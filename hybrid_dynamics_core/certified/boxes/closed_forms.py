@@ -64,18 +64,17 @@ class ClosedForms:
         graph = Graph()
         plan = model.plan
         u = [graph.input(0, k) for k in range(len(plan.given))]
-        self.is_whole = not any(block.iterates for block in plan.blocks)
+        self.is_closed_form = not any(block.iterates for block in plan.blocks)
         guards: list[Scalar] = []
         place: Vector = ()
-        if self.is_whole:
+        if self.is_closed_form:
             motion = ClosedMotion(model.tree, plan, u, signs, guess)
             margins = [block.margin for block in motion.blocks]
             guards = motion.guards
             _, place = frame_pose(TreeDynamics(model.tree, motion.configuration), frame)
         else:
             margins = _first_margins(model, u, signs, guess)
-        self._margins = GraphValues(graph, margins)
-        self._slopes = GraphValues(graph, list(chain.from_iterable(jacobian(margins, u))))
+        self._margins = _Sloped(graph, margins, u)
         self._guards = GraphValues(graph, guards)
         self._place = GraphValues(graph, list(place))
 
@@ -83,13 +82,11 @@ class ClosedForms:
         """What is proved of cells (N, n)."""
         count = len(lower)
         inputs = _inputs(lower, upper)
-        closes = np.full(count, self.is_whole)
+        closes = np.full(count, self.is_closed_form)
         is_open = np.zeros(count, dtype=bool)
-        plain = self._margins.at(inputs, count)
-        centred = self._about_middle(lower, upper, inputs)
-        for one, other in zip(plain, centred, strict=True):
-            closes &= np.fmax(one.lower, other.lower) > 0.0
-            is_open |= np.fmin(one.upper, other.upper) < 0.0
+        for margin in self._margins.at(lower, upper):
+            closes &= margin.lower > 0.0
+            is_open |= margin.upper < 0.0
         for guard in self._guards.at(inputs, count):
             closes &= guard.lower > 0.0
         place_lower, place_upper = np.full((count, 3), np.nan), np.full((count, 3), np.nan)
@@ -98,19 +95,30 @@ class ClosedForms:
             place_upper[:, axis] = value.upper
         return Verdicts(closes, is_open, place_lower, place_upper)
 
-    def _about_middle(self, lower: Array, upper: Array, inputs: Components) -> list[Interval]:
-        """Margins by the mean value theorem: of the middle, plus slopes times displacements."""
-        count, size = lower.shape
+
+class _Sloped:
+    """Outputs that are enclosed twice: directly, and by the mean value theorem."""
+
+    def __init__(self, graph: Graph, outputs: Sequence[Scalar], u: Sequence[Scalar]) -> None:
+        slopes = jacobian(outputs, u)
+        self._values = GraphValues(graph, outputs)
+        self._slopes = GraphValues(graph, list(chain.from_iterable(slopes)))
+
+    def at(self, lower: Array, upper: Array) -> list[Interval]:
+        """The outputs in cells (N, n)."""
+        count = len(lower)
         middle = 0.5 * (lower + upper)
-        centre = _inputs(middle, middle)
+        inputs, centre = _inputs(lower, upper), _inputs(middle, middle)
+        moves = [inputs[key] - centre[key] for key in inputs]
         slopes = iter(self._slopes.at(inputs, count))
+        plain = self._values.at(inputs, count)
         results = []
-        for margin in self._margins.at(centre, count):
-            total = margin
-            for k in range(size):
-                displacement = inputs[0, k] - centre[0, k]
-                total = total + next(slopes) * displacement
-            results.append(total)
+        for value, total in zip(plain, self._values.at(centre, count), strict=True):
+            about = total
+            for move in moves:
+                about = about + next(slopes) * move
+            closest = np.fmax(value.lower, about.lower), np.fmin(value.upper, about.upper)
+            results.append(Interval(*closest))
         return results
 
 

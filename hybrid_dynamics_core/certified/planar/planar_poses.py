@@ -72,7 +72,7 @@ def planar_poses(legs: PlanarLegs) -> PlanarPoses:
     z = Ball(turns, roots.radii)
     determinant = _columns(eliminated.determinant).at(z)
     along = _columns(eliminated.along).at(z)
-    shifted = along.over(determinant)
+    shifted = along.divided_by(determinant)
     regular = determinant.least > 0.0
     real = on & regular
     complete = roots.separate & (real | off).all(axis=1)
