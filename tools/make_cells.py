@@ -6,13 +6,13 @@ import sys
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.certified.boxes.cells import CellKind
 from hybrid_dynamics_core.drawing import draw_cells
 
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
 DEPTH = 14
 RANGES = {
     "five_bar": {"q_L": (0.2, 3.0), "q_R": (0.0, 2.8)},
@@ -28,7 +28,7 @@ def main() -> None:
         begin = time.perf_counter()
         cells = robot.certify_cells(ranges, depth=DEPTH)
         wall = time.perf_counter() - begin
-        draw_cells(robot, cells, ROOT / "docs" / "images" / f"certified_{name}.png")
+        draw_cells(robot, cells, IMAGES / f"certified_{name}.png")
         shares = ", ".join(f"{kind.name.lower()} {cells.share(kind):.4f}" for kind in CellKind)
         print(f"{name}: {len(cells.kind)} cells in {wall:.2f} s; {shares}")
 
