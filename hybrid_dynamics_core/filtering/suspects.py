@@ -63,6 +63,10 @@ def contradiction(
         trial = _without(sensor, others, chosen, motion)
         if trial is not None:
             trials[sensor.name] = trial
+    needed = [sensor.name for sensor in sensors if sensor.name not in trials]
+    for name in needed:
+        if _repeats(name, chosen):
+            return f"{name} contradicts the other sensors; it seems stuck"
     if not trials:
         return "sensors contradict each other, and without one of them the state is not determined"
     least = min(trial.rejected for trial in trials.values())
@@ -74,7 +78,16 @@ def contradiction(
     trial = trials[worst.name]
     guess = _usual_error(trial) or "check its mounting pose, direction, noise and unit"
     unit = unit_of(worst)
-    return f"{worst.name} contradicts the other sensors; expected {unit}; {guess}"
+    text = f"{worst.name} contradicts the other sensors; expected {unit}; {guess}"
+    if needed and not _usual_error(trial):
+        text += f". Or it is {' or '.join(needed)}, without which the state is not determined"
+    return text
+
+
+def _repeats(name: str, readings: Sequence[Reading]) -> bool:
+    """Whether the newest readings of a sensor are the same to the last bit."""
+    newest = [reading.values for reading in readings if reading.sensor == name][-LEAST:]
+    return len(newest) == LEAST and all(np.array_equal(newest[0], other) for other in newest)
 
 
 def _without(

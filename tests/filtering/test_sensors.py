@@ -157,13 +157,24 @@ CHANGES = {
     "far": lambda values: np.rad2deg(values) + 200.0,
     "stuck": stuck,
 }
-QUICK = ("slew", "bucket.gyro")
+QUICK = ("bucket.gyro",)
 
 
 @pytest.mark.parametrize(("name", "change", "message"), swept(WRONG, QUICK))
 def test_a_wrong_sensor_is_told_by_name(name, change, message):
     with pytest.raises(SensorError, match=message):
         estimated(wrong(name, CHANGES[change]))
+
+
+@pytest.mark.sweep(sample="test_a_wrong_sensor_is_told_by_name")
+def test_an_encoder_that_is_stuck_is_told_though_nothing_replaces_it():
+    """While the house turns, as its gyro says."""
+    motion = cycle(excavator(), carried(), np.random.default_rng(4))
+    rows = slice(600, 800, 5)
+    columns = {name: (motion.time[rows], values[rows]) for name, values in motion.readings.items()}
+    columns["slew"] = (motion.time[rows], stuck(columns["slew"][1].copy()))
+    with pytest.raises(SensorError, match="slew contradicts the other sensors; it seems stuck"):
+        estimated(columns)
 
 
 def test_without_an_encoder_slewing_is_not_determined():
