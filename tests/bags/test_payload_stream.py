@@ -40,9 +40,9 @@ def lifts():
 
 
 def samples_of(robot, lift, first=0, count=None, scale=1.0):
-    """Joint states with pressures of a lift; stamps from a first one on."""
+    """Joint states with pressures of a lift at 25 Hz; stamps from a first one on."""
     names = list(lift.pressures)
-    for k in range(count or len(lift.time)):
+    for k in range(0, count or len(lift.time), 2):
         stamp = START + STEP * (first + k)
         u = np.array([lift.positions[name][k] for name in robot.active])
         cap, rod = np.array([[side[k] for side in lift.pressures[name]] for name in names]).T
@@ -99,9 +99,9 @@ def test_what_no_sensor_can_have_measured_is_no_mass(lifts, fault, words):
     scale = 1e-5 if fault == "bar" else 1.0
     for sample in samples_of(robot, loaded, scale=scale):
         samples.append(sample)
-        if fault == "stuck" and len(samples) > 300:
+        if fault == "stuck" and len(samples) > 150:
             for side in (3, 4):
-                sample[side][1] = samples[300][side][1]
+                sample[side][1] = samples[150][side][1]
     message = answer(robot, streamed(pipeline, samples))
     assert words in message.problem
     assert np.isnan(message.mass)
@@ -112,11 +112,11 @@ def test_a_clock_that_jumps_starts_anew(lifts):
     robot, loaded, _ = lifts
     pipeline = Pipeline(robot, 10.0, 0.5)
     streamed(pipeline, samples_of(robot, loaded, count=200))
-    assert pipeline.scale.duration == pytest.approx(3.98, abs=0.05)
+    assert pipeline.scale.duration == pytest.approx(3.9, abs=0.1)
     streamed(pipeline, samples_of(robot, loaded, first=400, count=50))
-    assert pipeline.scale.duration == pytest.approx(0.98, abs=0.05)
+    assert pipeline.scale.duration == pytest.approx(0.9, abs=0.07)
     streamed(pipeline, samples_of(robot, loaded, first=0, count=40))
-    assert pipeline.scale.duration == pytest.approx(0.78, abs=0.05)
+    assert pipeline.scale.duration == pytest.approx(0.7, abs=0.07)
 
 
 @pytest.mark.sweep(sample="test_a_stream_weighs_the_load_and_an_empty_tool_zeroes_it")
