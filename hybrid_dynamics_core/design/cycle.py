@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -14,6 +15,7 @@ from ..ground.lazy import lazy
 from ..ground.suggestions import no_such_name
 from ..programs.live import PARAMETERS
 from ..robot.parameters import FamilyResult, RobotFamily
+from ..robot.robot import Robot
 from .quantity import Quantity, solved
 
 _BY = (PARAMETERS,)
@@ -51,7 +53,7 @@ class Cycle:
         family: RobotFamily,
         duty: Sequence[Duty],
         reference: Mapping[str, float],
-        active: Sequence[str],
+        robot: Robot,
         parameters: Array,
     ) -> None:
         """Store the arguments; what is asked for is computed then.
@@ -60,12 +62,13 @@ class Cycle:
             family: the robot with the variables as parameters.
             duty: points of the cycle.
             reference: coordinates where a point names none.
-            active: names of the active coordinates.
+            robot: the robot that the design starts from.
             parameters: values of the variables (k,).
         """
         self._family = family
         self._duty = tuple(duty)
-        self._active = tuple(active)
+        self._robot = robot
+        self._active = robot.active
         self._parameters = parameters
         names = family.coordinates
         still = dict.fromkeys(names, 0.0)
@@ -104,6 +107,25 @@ class Cycle:
         if name not in self._active:
             raise InputError(no_such_name("active joint", name, self._active))
         return self._efforts[:, self._active.index(name)]
+
+    def pressure(self, name: str) -> Quantity:
+        """Pressure of a cylinder that holds the effort (points,) [Pa], other chamber empty."""
+        if name not in self._robot.cylinders:
+            raise InputError(no_such_name("cylinder", name, self._robot.cylinders))
+        cylinder = self._robot.cylinders[name]
+        effort = self.effort(name)
+        area = np.where(effort.value < 0.0, -cylinder.rod_area, cylinder.cap_area)
+        return effort / area
+
+    def margin(self, name: str) -> Quantity:
+        """Distance of a coordinate to its nearer limit (points,) [rad or m], negative beyond."""
+        lower, upper = self._robot.description.joints[self._checked(name)].limits
+        coordinate = self.coordinate(name)
+        if math.isinf(lower) and math.isinf(upper):
+            raise InputError(f"{name} has no limits")
+        is_lower = coordinate.value - lower < upper - coordinate.value
+        sign = np.where(is_lower, 1.0, -1.0)
+        return (coordinate - np.where(is_lower, lower, upper)) * sign
 
     def mass(self) -> Quantity:
         """Mass of all moving links [kg]."""
@@ -149,10 +171,14 @@ class Cycle:
         return list(groups.values())
 
     def _index(self, name: str) -> int:
+        return self._family.all_coordinates.index(self._checked(name))
+
+    def _checked(self, name: str) -> str:
+        """The name of a coordinate."""
         names = self._family.all_coordinates
         if name not in names:
             raise InputError(no_such_name("coordinate", name, names))
-        return names.index(name)
+        return name
 
 
 def _result(result: FamilyResult, name: str) -> Quantity:

@@ -70,7 +70,7 @@ class Design:
     def cycle(self, values: Sequence[float] | Array | None = None) -> Cycle:
         """The duty cycle at values (k,) of the variables; at the start if None."""
         at = self.start if values is None else np.asarray(values, dtype=np.float64)
-        return Cycle(self._family, self._duty, self._reference, self._robot.active, at)
+        return Cycle(self._family, self._duty, self._reference, self._robot, at)
 
     def minimise(
         self,

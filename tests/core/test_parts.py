@@ -64,6 +64,7 @@ FUNCTIONS = (  # of any robot
     "capability",
     "inverse_kinematics",
     "limit_margins",
+    "retime",
     "with_parameters",
     "workspace",
 )

@@ -55,6 +55,9 @@ def extended(cycle: Cycle) -> Quantity:
         lambda cycle: force(cycle).max() * 2.0 / abs(-cycle.distance().min()),
         lambda cycle: (1.0 - cycle.position()[:, 2] ** 2).sum() * cycle.variable(next(iter(PINS))),
         lambda cycle: 1.0 / retracted(cycle).mean() - cycle.mass(),
+        lambda cycle: (
+            cycle.pressure("boom_cylinder").max() * 1e-6 + cycle.margin("boom_cylinder").min()
+        ),
     ],
 )
 def test_gradients_are_those_of_differences(boom: Design, function: object) -> None:
@@ -75,6 +78,23 @@ def test_forces_at_given_angles_are_those_of_the_robot(boom: Design) -> None:
         state = robot.close_given({**others, **point.at})
         tau = robot.inverse_dynamics(state, np.zeros(4))
         assert tau[1] == pytest.approx(expected, rel=1e-9)
+
+
+def test_pressures_and_margins_are_those_of_the_robot(boom: Design) -> None:
+    robot = load("excavator")
+    cylinder = robot.cylinders["boom_cylinder"]
+    cycle = boom.cycle()
+    pressures = cycle.pressure("boom_cylinder").value
+    assert np.allclose(pressures, force(cycle).value / cylinder.cap_area)
+    lower, upper = robot.description.joints["boom_cylinder"].limits
+    strokes = cycle.coordinate("boom_cylinder").value
+    assert np.allclose(
+        cycle.margin("boom_cylinder").value, np.minimum(strokes - lower, upper - strokes)
+    )
+    with pytest.raises(InputError, match="has no limits"):
+        cycle.margin("boom_pitch")
+    with pytest.raises(InputError, match="there is no cylinder 'slew'"):
+        cycle.pressure("slew")
 
 
 def test_a_cylinder_is_placed_so_that_its_force_is_level(boom: Design) -> None:

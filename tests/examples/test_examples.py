@@ -22,6 +22,7 @@ PRINTS = {  # the script, and what its output has to say
     "forging_computed_torque": "computed torque, billet known",
     "staicu_path": "leg F: travels",
     "identify_from_bag": "base parameters are within their 95 % intervals",
+    "boom_cylinder_design": "the force is off its mean by",
     "mpc_batch": "plan, full model",
     "weighing_bucket": "with an empty run:",
     "calibrating_excavator": "reduced chi-squared",
@@ -115,6 +116,20 @@ def test_examples_print_and_draw(
     assert place.read_bytes().startswith(b"\x89PNG")
     (figure,) = drawn
     check_style(figure)
+
+
+def test_the_designed_cylinder_is_level_within_its_stroke_and_pressure() -> None:
+    example = run("boom_cylinder_design")
+    design, result = example["designed"](starts=1)
+    assert result.feasible
+    assert result.objective < 0.2 * float(example["unevenness"](design.cycle()).value)
+    cycle = design.cycle(list(result.values.values()))
+    strokes = cycle.coordinate("boom_cylinder").value
+    assert 0.05 - 1e-6 <= strokes.min() <= strokes.max() <= 1.15 + 1e-6
+    assert cycle.pressure("boom_cylinder").value.max() <= 14e6 * (1.0 + 1e-6)
+    name = "loops.boom_loop.pin.boom[0]"
+    pin = result.robot.description.closures[0]
+    assert result.values[name] in (*pin.point_a, *pin.point_b)
 
 
 def test_excavator_pressures_are_positive_and_below_the_supply() -> None:
