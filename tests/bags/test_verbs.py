@@ -337,6 +337,7 @@ def test_a_wrong_robot_file_is_seen_in_the_held_out_part(forging, tmp_path):
     assert (found.file_residual > 2.0 * found.residual)[:3].all()  # q4 carries next to nothing
 
 
+@pytest.mark.usefixtures("painted")
 def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_path):
     pairs = recorded(forging, 60)
     pairs[20] = (

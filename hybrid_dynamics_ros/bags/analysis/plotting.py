@@ -175,11 +175,15 @@ def svg_of(draw: Draw, recording: EvaluatedRecording, name: str) -> str:
         name: prefix of ids, unique on the page.
     """
     with mpl.rc_context({**STYLE, **_SVG_OPTIONS, "svg.hashsalt": name}):
-        figure = draw(recording)
-        out = io.StringIO()
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    text = out.getvalue()
+        text = rendered(draw(recording))
     text = text[text.index("<svg") :]
     text = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{name}_", text)
     text = re.sub(r' height="[^"]*pt"', "", text, count=1)
     return re.sub(r'<svg ([^>]*?)width="[^"]*" ', r"<svg \1", text, count=1)
+
+
+def rendered(figure: Figure) -> str:
+    """A figure as an SVG document."""
+    out = io.StringIO()
+    figure.savefig(out, format="svg", metadata={"Date": None})
+    return out.getvalue()
