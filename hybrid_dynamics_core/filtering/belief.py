@@ -69,7 +69,12 @@ class Layout:
         walk: (m,) growth of these variances [1/s].
     """
 
-    def __init__(self, robot: Robot, sensors: Sequence[Sensor], model: MotionModel) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        sensors: Sequence[Sensor],
+        model: MotionModel,
+    ) -> None:
         """The places of the errors of sensors.
 
         Raises:
@@ -108,14 +113,22 @@ class Layout:
         self.prior = np.array(prior)
         self.walk = np.array(walk)
 
-    def bias_of(self, sensor: Sensor, bias: Array) -> Array | float:
+    def bias_of(
+        self,
+        sensor: Sensor,
+        bias: Array,
+    ) -> Array | float:
         """The constant errors (k,) of a sensor among all of them (m,)."""
         place = self._places.get(sensor.name)
         if place is None:
             return 0.0
         return bias[place.start - self.motion_size : place.stop - self.motion_size]
 
-    def slopes(self, sensor: Sensor, along_motion: Array) -> Array:
+    def slopes(
+        self,
+        sensor: Sensor,
+        along_motion: Array,
+    ) -> Array:
         """Slopes (k, size) of the readings of a sensor along the error state."""
         slopes = np.zeros((sensor.channels, self.size))
         slopes[:, : self.motion_size] = along_motion
@@ -129,7 +142,11 @@ class Layout:
         return {name: np.asarray(self.bias_of(self.sensors[name], bias)) for name in self._places}
 
 
-def predicted(layout: Layout, belief: Belief, time: float) -> Belief:
+def predicted(
+    layout: Layout,
+    belief: Belief,
+    time: float,
+) -> Belief:
     """The belief at a later time [s]."""
     step = time - belief.time
     if step == 0.0:
@@ -148,7 +165,12 @@ def predicted(layout: Layout, belief: Belief, time: float) -> Belief:
     return Belief(time, state, ddu, belief.bias, covariance)
 
 
-def moved(layout: Layout, belief: Belief, change: Array, covariance: Array) -> Belief:
+def moved(
+    layout: Layout,
+    belief: Belief,
+    change: Array,
+    covariance: Array,
+) -> Belief:
     """The belief after a change (size,) of its mean."""
     size = layout.motion_size
     u, du, ddu = (belief.motion + change[:size]).reshape(ORDERS, -1)
@@ -157,7 +179,12 @@ def moved(layout: Layout, belief: Belief, change: Array, covariance: Array) -> B
     return replace(belief, state=state, ddu=ddu, bias=bias, covariance=covariance)
 
 
-def closed_near(robot: Robot, u: Array, du: Array, near: ClosedState) -> ClosedState:
+def closed_near(
+    robot: Robot,
+    u: Array,
+    du: Array,
+    near: ClosedState,
+) -> ClosedState:
     """The closed state at u (n,), or as far towards it as the loops close."""
     share = 1.0
     for _ in range(HALVINGS):

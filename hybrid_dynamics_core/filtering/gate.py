@@ -18,7 +18,10 @@ GATE = 0.99999  # share of good readings that pass
 
 
 @lru_cache(maxsize=128)
-def chi_squared(share: float, freedoms: int) -> float:
+def chi_squared(
+    share: float,
+    freedoms: int,
+) -> float:
     """Quantile of the chi-squared distribution, by bisection of its incomplete gamma function."""
     centre = NormalDist().inv_cdf(share)
     share_of_one = 2.0 / (9.0 * freedoms)
@@ -34,7 +37,10 @@ def chi_squared(share: float, freedoms: int) -> float:
     return low
 
 
-def _below(value: float, freedoms: int) -> float:
+def _below(
+    value: float,
+    freedoms: int,
+) -> float:
     """Probability of less than a value, by the series of the incomplete gamma function."""
     shape = freedoms / 2.0
     x = value / 2.0
@@ -74,7 +80,11 @@ class Innovation:
 
 
 def updated(
-    layout: Layout, belief: Belief, sensor: Sensor, values: Array, share: float = GATE
+    layout: Layout,
+    belief: Belief,
+    sensor: Sensor,
+    values: Array,
+    share: float = GATE,
 ) -> tuple[Belief, Innovation]:
     """The belief after a reading, unless the reading is beyond the gate.
 

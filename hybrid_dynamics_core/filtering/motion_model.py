@@ -54,13 +54,19 @@ class MotionModel:
 
 
 @lru_cache(maxsize=256)
-def _transition(step: float, time: float) -> Array:
+def _transition(
+    step: float,
+    time: float,
+) -> Array:
     """F (3, 3) of one coordinate."""
     decay, first, second = _responses(step, time)
     return frozen([[1.0, step, second], [0.0, 1.0, first], [0.0, 0.0, decay]])
 
 
-def _responses(step: float, time: float) -> tuple[float, float, float]:
+def _responses(
+    step: float,
+    time: float,
+) -> tuple[float, float, float]:
     """u'', u' and u after a step that starts with u'' = 1."""
     ratio = step / time
     decay = math.exp(-ratio)
@@ -73,7 +79,10 @@ def _responses(step: float, time: float) -> tuple[float, float, float]:
 
 
 @lru_cache(maxsize=256)
-def _noise(step: float, time: float) -> Array:
+def _noise(
+    step: float,
+    time: float,
+) -> Array:
     """Covariance (3, 3) of one coordinate with a deviation of 1."""
     if step > time:  # two halves
         half = _noise(step / 2.0, time)

@@ -28,7 +28,11 @@ class ObservabilityError(InputError):
         undetermined: names of active coordinates that the sensors do not determine.
     """
 
-    def __init__(self, message: str, undetermined: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        message: str,
+        undetermined: tuple[str, ...],
+    ) -> None:
         super().__init__(message)
         self.undetermined = undetermined
 
@@ -67,7 +71,10 @@ class Observability:
 
 
 def observability(
-    robot: Robot, sensors: Sequence[Sensor], model: MotionModel, u: Array | None = None
+    robot: Robot,
+    sensors: Sequence[Sensor],
+    model: MotionModel,
+    u: Array | None = None,
 ) -> Observability:
     """Which active coordinates a set of sensors determines near a pose.
 
@@ -104,7 +111,11 @@ def observability(
     )
 
 
-def _poses(robot: Robot, u: Array | None, rng: np.random.Generator) -> list[ClosedState]:
+def _poses(
+    robot: Robot,
+    u: Array | None,
+    rng: np.random.Generator,
+) -> list[ClosedState]:
     """Closed states near a pose: a rank is smaller at a few special ones."""
     start = robot.close(robot.reference if u is None else u)
     low, high = robot.limits.T
@@ -119,7 +130,10 @@ def _poses(robot: Robot, u: Array | None, rng: np.random.Generator) -> list[Clos
 
 
 def _determined(
-    sensors: Sequence[Sensor], model: MotionModel, start: ClosedState, motion: Array
+    sensors: Sequence[Sensor],
+    model: MotionModel,
+    start: ClosedState,
+    motion: Array,
 ) -> tuple[np.ndarray, int]:
     """Whether readings of a motion determine each coordinate (n,), and the rank of [u; u']."""
     n = model.n

@@ -23,7 +23,10 @@ LONG = 20.0  # median intervals without readings that are told
 Columns = Mapping[str, tuple[Array, Array]]  # stamps (N,) [s] and readings (N, k) by sensor
 
 
-def check_values(sensor: Sensor, values: Array) -> None:
+def check_values(
+    sensor: Sensor,
+    values: Array,
+) -> None:
     """Raise SensorError for readings (N, k) that seem to be in another unit.
 
     Args:
@@ -41,7 +44,10 @@ def check_values(sensor: Sensor, values: Array) -> None:
         checks[sensor.kind](sensor, values)
 
 
-def _check_force(sensor: Sensor, values: Array) -> None:
+def _check_force(
+    sensor: Sensor,
+    values: Array,
+) -> None:
     gravity = float(np.linalg.norm(sensor.robot.loads.gravity))
     if not gravity:
         return
@@ -58,7 +64,10 @@ def _check_force(sensor: Sensor, values: Array) -> None:
     )
 
 
-def _check_rate(sensor: Sensor, values: Array) -> None:
+def _check_rate(
+    sensor: Sensor,
+    values: Array,
+) -> None:
     largest = float(np.abs(values).max())
     if largest > FASTEST:
         raise SensorError(
@@ -66,7 +75,10 @@ def _check_rate(sensor: Sensor, values: Array) -> None:
         )
 
 
-def _check_angle(sensor: Sensor, values: Array) -> None:
+def _check_angle(
+    sensor: Sensor,
+    values: Array,
+) -> None:
     largest = float(np.abs(values).max())
     if largest > TURN:
         raise SensorError(
@@ -74,7 +86,10 @@ def _check_angle(sensor: Sensor, values: Array) -> None:
         )
 
 
-def _check_within(sensor: Sensor, values: Array) -> None:
+def _check_within(
+    sensor: Sensor,
+    values: Array,
+) -> None:
     """Check that readings of a joint are near its range."""
     low, high = sensor.robot.description.joints[sensor.place].limits
     if not math.isfinite(high - low):
@@ -93,7 +108,10 @@ def _check_within(sensor: Sensor, values: Array) -> None:
     )
 
 
-def check_stuck(sensors: Sequence[Sensor], columns: Columns) -> None:
+def check_stuck(
+    sensors: Sequence[Sensor],
+    columns: Columns,
+) -> None:
     """Raise SensorError for an inertial sensor that repeats its reading while others are noisy."""
     noisy = [name for name, (_, values) in columns.items() if _any_noisy(values)]
     for sensor in sensors:
@@ -148,7 +166,10 @@ def in_order(columns: Columns) -> tuple[dict[str, tuple[Array, Array]], list[str
     return sorted_columns, notes
 
 
-def _breaks(name: str, stamps: Array) -> list[str]:
+def _breaks(
+    name: str,
+    stamps: Array,
+) -> list[str]:
     """Sentences on long parts without readings."""
     steps = np.diff(stamps)
     if not len(steps):

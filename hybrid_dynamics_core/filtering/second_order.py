@@ -29,7 +29,11 @@ class SecondOrder(NamedTuple):
     covariance: Array
 
 
-def second_order(sensor: Sensor, belief: Belief, rates: Array) -> SecondOrder | None:
+def second_order(
+    sensor: Sensor,
+    belief: Belief,
+    rates: Array,
+) -> SecondOrder | None:
     """The second-order part of a reading along rates; None where it does not matter.
 
     Args:

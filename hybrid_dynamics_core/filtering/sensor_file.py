@@ -44,7 +44,10 @@ class SensorSet:
     motion: MotionModel
 
 
-def read_sensors(path: str | Path, robot: Robot) -> SensorSet:
+def read_sensors(
+    path: str | Path,
+    robot: Robot,
+) -> SensorSet:
     """The sensors of a YAML file.
 
     Args:
@@ -58,12 +61,18 @@ def read_sensors(path: str | Path, robot: Robot) -> SensorSet:
     return sensors_from(read_yaml(read_text(place), place), robot)
 
 
-def sensors_from_text(text: str, robot: Robot) -> SensorSet:
+def sensors_from_text(
+    text: str,
+    robot: Robot,
+) -> SensorSet:
     """The sensors of a YAML text; raises as `read_sensors` does."""
     return sensors_from(read_yaml(text), robot)
 
 
-def sensors_from(document: Document, robot: Robot) -> SensorSet:
+def sensors_from(
+    document: Document,
+    robot: Robot,
+) -> SensorSet:
     """The sensors of a document; raises as `read_sensors` does."""
     _require_mappings(document)
     _require_allowed(document, document.data, (), TOP)
@@ -88,7 +97,10 @@ def default_motion(robot: Robot) -> MotionModel:
     return MotionModel(np.array(deviations), CORRELATION)
 
 
-def _motion(entry: Entry, robot: Robot) -> MotionModel:
+def _motion(
+    entry: Entry,
+    robot: Robot,
+) -> MotionModel:
     document = entry.values.document
     _require_allowed(document, entry.data, entry.path, MOTION)
     usual = default_motion(robot)
@@ -103,7 +115,10 @@ def _motion(entry: Entry, robot: Robot) -> MotionModel:
         raise document.error(entry.path, str(error)) from error
 
 
-def _sensors_of(entry: Entry, robot: Robot) -> tuple[Sensor, ...]:
+def _sensors_of(
+    entry: Entry,
+    robot: Robot,
+) -> tuple[Sensor, ...]:
     """The sensors of one entry."""
     document = entry.values.document
     name = str(entry.path[-1])
@@ -137,7 +152,10 @@ def _sensors_of(entry: Entry, robot: Robot) -> tuple[Sensor, ...]:
     return (sensor.on_topic(topic),)
 
 
-def _quality(entry: Entry, outer: Entry) -> Quality:
+def _quality(
+    entry: Entry,
+    outer: Entry,
+) -> Quality:
     """The errors of a sensor; the rate of readings may stand in the entry around."""
     bias, walk = entry.number("bias"), entry.number("walk")
     has_noise, has_density = "noise" in entry, "density" in entry
@@ -154,7 +172,11 @@ def _quality(entry: Entry, outer: Entry) -> Quality:
     return Quality.from_density(entry.number("density"), rate, bias, walk)
 
 
-def _required(entry: Entry, key: str, expected: str) -> Any:
+def _required(
+    entry: Entry,
+    key: str,
+    expected: str,
+) -> Any:
     if key not in entry:
         problem = f"no '{key}'; expected {expected}"
         raise entry.values.document.error(entry.path, problem)
@@ -162,7 +184,10 @@ def _required(entry: Entry, key: str, expected: str) -> Any:
 
 
 def _require_allowed(
-    document: Document, data: Any, path: tuple[str | int, ...], keys: Iterable[str]
+    document: Document,
+    data: Any,
+    path: tuple[str | int, ...],
+    keys: Iterable[str],
 ) -> None:
     """Raise DescriptionError for an unknown key."""
     allowed = tuple(keys)
@@ -188,6 +213,10 @@ def _require_mappings(document: Document) -> None:
     _require_mapping(document, ("motion", "accelerations"), accelerations)
 
 
-def _require_mapping(document: Document, path: tuple[str, ...], entry: Any) -> None:
+def _require_mapping(
+    document: Document,
+    path: tuple[str, ...],
+    entry: Any,
+) -> None:
     if not isinstance(entry, dict):
         raise document.error(path, f"is {entry!r}; expected a mapping")

@@ -59,7 +59,11 @@ class Quality:
 
     @classmethod
     def from_density(
-        cls, density: float, rate: float, bias: float = 0.0, walk: float = 0.0
+        cls,
+        density: float,
+        rate: float,
+        bias: float = 0.0,
+        walk: float = 0.0,
     ) -> Quality:
         """The quality of a part with the noise density of its data sheet.
 
@@ -116,7 +120,12 @@ class Sensor:
         """Whether its constant error is estimated."""
         return self.quality.bias > 0.0 or self.quality.walk > 0.0
 
-    def observe(self, state: ClosedState, ddu: Array, du: Array | None = None) -> Observation:
+    def observe(
+        self,
+        state: ClosedState,
+        ddu: Array,
+        du: Array | None = None,
+    ) -> Observation:
         """What it should read at a closed state.
 
         Args:
@@ -132,7 +141,11 @@ class Sensor:
         values, _ = kernel(*[inputs[name] for name in self.program.inputs])
         return Observation(values["readings"], values["slopes"])
 
-    def curvature(self, state: ClosedState, ddu: Array) -> Array:
+    def curvature(
+        self,
+        state: ClosedState,
+        ddu: Array,
+    ) -> Array:
         """Second derivatives (k, n, n) of its readings along the active rates.
 
         Accelerations are quadratic in the rates, so differences of slopes are exact.
@@ -144,7 +157,11 @@ class Sensor:
         slopes = [self.observe(state, ddu, unit).slopes[:, along_rates] for unit in np.eye(n)]
         return np.stack(slopes, axis=2) - first[:, :, None]
 
-    def difference(self, values: Array, expected: Array) -> Array:
+    def difference(
+        self,
+        values: Array,
+        expected: Array,
+    ) -> Array:
         """Readings less those that were expected (k,)."""
         change = values - expected
         if self.is_angle:
@@ -195,7 +212,13 @@ def sensor_on_frame(
     return Sensor(name, kind, robot, program, quality, frame, channels, is_angle, key=key)
 
 
-def sensor_on_joint(robot: Robot, name: str, kind: Kind, joint: str, quality: Quality) -> Sensor:
+def sensor_on_joint(
+    robot: Robot,
+    name: str,
+    kind: Kind,
+    joint: str,
+    quality: Quality,
+) -> Sensor:
     """An encoder, a stroke sensor or a sensor of a joint's rate.
 
     Args:
@@ -254,7 +277,11 @@ def imu(
     return turning, moving
 
 
-def mount_on(robot: Robot, name: str, pose: Transform) -> Frame:
+def mount_on(
+    robot: Robot,
+    name: str,
+    pose: Transform,
+) -> Frame:
     """The frame of a sensor at a pose on a frame or link.
 
     Raises:

@@ -90,7 +90,11 @@ def first_belief(
     raise SensorError(_contradiction(layout, best[1.0]))
 
 
-def _starts(layout: Layout, initial: Array | None, searches: int) -> Iterator[ClosedState]:
+def _starts(
+    layout: Layout,
+    initial: Array | None,
+    searches: int,
+) -> Iterator[ClosedState]:
     """Closed states to search from: at rest first, then with random rates."""
     robot, model = layout.robot, layout.model
     first = robot.close(robot.reference if initial is None else initial)
@@ -130,7 +134,12 @@ def _ranges(robot: Robot) -> tuple[Array, Array]:
 class _Search:
     """Damped Gauss-Newton steps to the most likely state (Levenberg 1944)."""
 
-    def __init__(self, layout: Layout, time: float, readings: Sequence[Reading]) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        time: float,
+        readings: Sequence[Reading],
+    ) -> None:
         self._layout = layout
         self._time = time
         self._readings = readings
@@ -146,7 +155,11 @@ class _Search:
             sensor = layout.sensors[reading.sensor]
             self._noise[sensor.name] = sensor.quality.noise**2 * np.eye(sensor.channels)
 
-    def run(self, state: ClosedState, limit: float) -> dict[float, _Fit]:
+    def run(
+        self,
+        state: ClosedState,
+        limit: float,
+    ) -> dict[float, _Fit]:
         """The best fits that the steps from a state reach, by share of precision.
 
         Args:
@@ -172,7 +185,12 @@ class _Search:
             fits[share] = fit
         return fits
 
-    def _descended(self, fit: _Fit, prior: Belief, share: float) -> _Fit:
+    def _descended(
+        self,
+        fit: _Fit,
+        prior: Belief,
+        share: float,
+    ) -> _Fit:
         """The best fit that damped steps reach with so much of the readings' precision."""
         damping = 1e-4
         for _ in range(STEPS):
@@ -198,7 +216,13 @@ class _Search:
         still = np.zeros(self._layout.size)
         return moved(self._layout, belief, still, (covariance + covariance.T) / 2.0)
 
-    def _trial(self, fit: _Fit, prior: Belief, damping: float, share: float) -> _Fit:
+    def _trial(
+        self,
+        fit: _Fit,
+        prior: Belief,
+        damping: float,
+        share: float,
+    ) -> _Fit:
         scale = np.sqrt(self._prior)
         scaled = fit.information * np.outer(scale, scale)
         damped = scaled + damping * np.diag(np.diagonal(scaled))
@@ -217,7 +241,12 @@ class _Search:
         state = closed_near(self._layout.robot, u, belief.state.du, belief.state)
         return Belief(belief.time, state, belief.ddu, belief.bias, belief.covariance)
 
-    def _fit(self, belief: Belief, prior: Belief, share: float) -> _Fit:
+    def _fit(
+        self,
+        belief: Belief,
+        prior: Belief,
+        share: float,
+    ) -> _Fit:
         layout = self._layout
         before = np.concatenate([prior.motion, prior.bias])
         now = np.concatenate([belief.motion, belief.bias])
@@ -260,7 +289,12 @@ class _Search:
                 noise += bent.covariance + np.outer(bent.shift, bent.shift)
             self._noise[sensor.name] = noise
 
-    def _misfit(self, belief: Belief, sensor: Sensor, reading: Reading) -> tuple[Array, Array]:
+    def _misfit(
+        self,
+        belief: Belief,
+        sensor: Sensor,
+        reading: Reading,
+    ) -> tuple[Array, Array]:
         """Reading less the expected one (k,), and slopes (k, size) of the latter."""
         layout = self._layout
         back = layout.model.transition(reading.time - belief.time)
@@ -272,7 +306,10 @@ class _Search:
         return sensor.difference(reading.values, expected), slopes
 
 
-def _contradiction(layout: Layout, best: _Fit) -> str:
+def _contradiction(
+    layout: Layout,
+    best: _Fit,
+) -> str:
     """Says that no state explains the first readings, and which sensor is farthest off."""
     text = "no state within the limits explains the first reading of every sensor"
     name = max(best.misfits, key=lambda key: best.misfits[key])

@@ -160,7 +160,12 @@ class StateFilter:
         covariance = at_time.covariance[:size, :size].copy()
         return Estimate(time, at_time.state, at_time.ddu, covariance)
 
-    def add(self, time: float, sensor: str, values: ArrayLike) -> tuple[Innovation, ...]:
+    def add(
+        self,
+        time: float,
+        sensor: str,
+        values: ArrayLike,
+    ) -> tuple[Innovation, ...]:
         """Take a reading.
 
         Args:
@@ -197,7 +202,12 @@ class StateFilter:
         self._start_anew_if_lost(shown)
         return tuple(shown)
 
-    def _checked(self, time: float, sensor: str, values: ArrayLike) -> Reading:
+    def _checked(
+        self,
+        time: float,
+        sensor: str,
+        values: ArrayLike,
+    ) -> Reading:
         if sensor not in self._order:
             raise InputError(no_such_name("sensor", sensor, tuple(self._order)))
         array = np.atleast_1d(np.asarray(values, dtype=np.float64))
@@ -280,7 +290,11 @@ class StateFilter:
         self._steps.append(_Step(self._key(reading), reading, after, innovation))
         return innovation
 
-    def _count(self, innovation: Innovation | None, number: int) -> None:
+    def _count(
+        self,
+        innovation: Innovation | None,
+        number: int,
+    ) -> None:
         if innovation is None:
             return
         counter = self.counts.used if innovation.is_used else self.counts.beyond_gate

@@ -84,14 +84,20 @@ def contradiction(
     return text
 
 
-def _repeats(name: str, readings: Sequence[Reading]) -> bool:
+def _repeats(
+    name: str,
+    readings: Sequence[Reading],
+) -> bool:
     """Whether the newest readings of a sensor are the same to the last bit."""
     newest = [reading.values for reading in readings if reading.sensor == name][-LEAST:]
     return len(newest) == LEAST and all(np.array_equal(newest[0], other) for other in newest)
 
 
 def _without(
-    sensor: Sensor, others: Sequence[Sensor], readings: Sequence[Reading], motion: MotionModel
+    sensor: Sensor,
+    others: Sequence[Sensor],
+    readings: Sequence[Reading],
+    motion: MotionModel,
 ) -> Trial | None:
     """What the other sensors show; None if they do not determine the state."""
     rejected = 0
@@ -114,7 +120,10 @@ def _without(
     return Trial(rejected, np.array(given), np.array(expected))
 
 
-def _misfit(sensor: Sensor, trial: Trial) -> float:
+def _misfit(
+    sensor: Sensor,
+    trial: Trial,
+) -> float:
     """Mean squared deviation of readings from what was expected, in those of their noise."""
     differences = trial.given - trial.expected
     scale = sensor.quality.noise**2 + sensor.quality.bias**2

@@ -111,7 +111,10 @@ def estimate_states(
     )
 
 
-def _columns(sensors: Sequence[Sensor], readings: Readings) -> Columns:
+def _columns(
+    sensors: Sequence[Sensor],
+    readings: Readings,
+) -> Columns:
     """Checked stamps and readings (N, k); rows without a reading are left out."""
     by_name = {sensor.name: sensor for sensor in sensors}
     columns: dict[str, tuple[Array, Array]] = {}
@@ -135,7 +138,10 @@ def _columns(sensors: Sequence[Sensor], readings: Readings) -> Columns:
     return {name: column for name, column in columns.items() if len(column[0])}
 
 
-def _in_time(sensors: Sequence[Sensor], columns: Columns) -> list[Reading]:
+def _in_time(
+    sensors: Sequence[Sensor],
+    columns: Columns,
+) -> list[Reading]:
     """All readings by stamp; those of one stamp in the order of the sensors."""
     merged: list[tuple[float, int, Reading]] = []
     for k, sensor in enumerate(sensors):
@@ -147,7 +153,8 @@ def _in_time(sensors: Sequence[Sensor], columns: Columns) -> list[Reading]:
 
 
 def _run(
-    watched: StateFilter, readings: Sequence[Reading]
+    watched: StateFilter,
+    readings: Sequence[Reading],
 ) -> tuple[list[Estimate], list[Innovation]]:
     """The estimate after each stamp, and what each reading showed."""
     estimates: list[Estimate] = []
@@ -160,7 +167,10 @@ def _run(
     return estimates, shown
 
 
-def _first_contradiction(sensors: Sequence[Sensor], shown: Sequence[Innovation]) -> float | None:
+def _first_contradiction(
+    sensors: Sequence[Sensor],
+    shown: Sequence[Innovation],
+) -> float | None:
     """The time at which a sensor begins to contradict the others; None if none does."""
     times: list[float] = []
     for sensor in sensors:

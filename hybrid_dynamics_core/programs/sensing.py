@@ -25,7 +25,11 @@ Reading = Callable[[Model, Inputs, ClosedMotion], list[Scalar]]
 def angular_rate(mount: Frame) -> Program:
     """Program for the angular velocity (3,) [rad/s] of a mount, in its axes."""
 
-    def read(model: Model, x: Inputs, motion: ClosedMotion) -> list[Scalar]:
+    def read(
+        model: Model,
+        x: Inputs,
+        motion: ClosedMotion,
+    ) -> list[Scalar]:
         rate, _ = _mounted(model, x, motion, mount)
         return list(rate)
 
@@ -35,7 +39,11 @@ def angular_rate(mount: Frame) -> Program:
 def specific_force(mount: Frame) -> Program:
     """Program for the specific force (3,) [m/s^2] at a mount, in its axes."""
 
-    def read(model: Model, x: Inputs, motion: ClosedMotion) -> list[Scalar]:
+    def read(
+        model: Model,
+        x: Inputs,
+        motion: ClosedMotion,
+    ) -> list[Scalar]:
         _, force = _mounted(model, x, motion, mount)
         return list(force)
 
@@ -45,7 +53,11 @@ def specific_force(mount: Frame) -> Program:
 def inclination(mount: Frame) -> Program:
     """Program for the angle [rad] of the x axis of a mount above horizontal, about its z axis."""
 
-    def read(model: Model, x: Inputs, motion: ClosedMotion) -> list[Scalar]:
+    def read(
+        model: Model,
+        x: Inputs,
+        motion: ClosedMotion,
+    ) -> list[Scalar]:
         tree = TreeDynamics(model.tree, motion.configuration)
         rotation, _ = frame_offset(mount)
         body = model.tree.body_index(mount.link)
@@ -59,7 +71,11 @@ def inclination(mount: Frame) -> Program:
 def position(index: int) -> Program:
     """Program for one of all coordinates [rad, m]."""
 
-    def read(model: Model, x: Inputs, motion: ClosedMotion) -> list[Scalar]:
+    def read(
+        model: Model,
+        x: Inputs,
+        motion: ClosedMotion,
+    ) -> list[Scalar]:
         del model, x
         return [motion.configuration.q[index]]
 
@@ -69,14 +85,23 @@ def position(index: int) -> Program:
 def rate(index: int) -> Program:
     """Program for the rate of one of all coordinates [rad/s, m/s]."""
 
-    def read(model: Model, x: Inputs, motion: ClosedMotion) -> list[Scalar]:
+    def read(
+        model: Model,
+        x: Inputs,
+        motion: ClosedMotion,
+    ) -> list[Scalar]:
         del model
         return [motion.rates(x.du)[index]]
 
     return _with_slopes(read)
 
 
-def _mounted(model: Model, x: Inputs, motion: ClosedMotion, mount: Frame) -> tuple[Vector, Vector]:
+def _mounted(
+    model: Model,
+    x: Inputs,
+    motion: ClosedMotion,
+    mount: Frame,
+) -> tuple[Vector, Vector]:
     """Angular velocity and specific force of a mount, in its axes."""
     ds = motion.rates(x.du)
     dds = motion.accelerations(list(x.ddu), ds)
@@ -96,7 +121,10 @@ def _gravity(x: Inputs) -> Vector:
 def _with_slopes(read: Reading) -> Program:
     """A program for readings and their slopes, on symbols only."""
 
-    def run(model: Model, x: Inputs) -> Results:
+    def run(
+        model: Model,
+        x: Inputs,
+    ) -> Results:
         motion, checks, _ = closed_motion(model, x)
         readings = read(model, x, motion)
         slopes: Rows = jacobian(readings, [*x.u, *x.du, *x.ddu])
