@@ -38,11 +38,11 @@ def check_fit(
         unknowns: the unknowns, with their deviations.
     """
     for run, equation, means in zip(runs, equations, blocks, strict=True):
-        _check_units(run, equation)
+        check_units(run, equation)
         _check_chambers(run, means, unknowns)
 
 
-def _check_units(run: MeasuredRun, equation: Equations) -> None:
+def check_units(run: MeasuredRun, equation: Equations) -> None:
     """Raise SensorError if a cylinder's efforts are far below those of the model without load."""
     measured = np.sqrt(np.mean(run.efforts**2, axis=0))
     required = np.sqrt(np.mean(equation.required**2, axis=0))
@@ -84,11 +84,15 @@ def _check_chambers(run: MeasuredRun, blocks: Blocks, unknowns: Unknowns) -> Non
             costs[exchanged] = cost(exchanged)
     best = min(costs, key=lambda exchanged: costs[exchanged], default=())
     if best and costs[best] < BETTER * as_given:
-        listed = ", ".join(best)
-        raise SensorError(
-            f"{listed}: the pressures fit the machine with cap and rod side exchanged, and not as"
-            " they are given; exchange the columns cap_pressure and rod_pressure"
-        )
+        raise exchanged_chambers(best)
+
+
+def exchanged_chambers(cylinders: tuple[str, ...]) -> SensorError:
+    """The error for cylinders whose cap and rod pressures are exchanged."""
+    return SensorError(
+        f"{', '.join(cylinders)}: the pressures fit the machine with cap and rod side exchanged,"
+        " and not as they are given; exchange the columns cap_pressure and rod_pressure"
+    )
 
 
 def _system(matrix: Array, target: Array, unknowns: Unknowns, noise: Array) -> System:

@@ -8,6 +8,7 @@ with the covariance of all errors.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +23,8 @@ from ..ground.check_arguments import real_number, require_type
 from ..ground.check_arrays import real_array
 from ..ground.suggestions import no_such_name
 from ..robot.robot import Robot
-from .equations import to_drives
+from .equations import Modelling, to_drives
+from .misfit import check_units, exchanged_chambers
 from .run import MeasuredRun
 from .tolerances import Tolerances
 from .unknowns import parameters_of
@@ -32,6 +34,8 @@ from .zeroing import Deviation, deviation_before, deviation_of
 CUTOFF = 4.0  # [Hz]
 FALSE_ALARMS = 1e-4
 UNSURE = 3.0  # times the smoothing of friction, up to which the sign of a rate is unsure
+PERMANENT = 0.9  # share of samples with contact, above which sensors are doubted
+FREE = 0.5  # share of samples with contact, below which exchanged chambers explain the efforts
 END = 0.3  # periods of the bandwidth at the ends of a run, where a spline is less exact
 
 
@@ -253,7 +257,7 @@ def tool_force(
         tolerances: how wrong the model may be.
 
     Raises:
-        SensorError: of the empty run, chambers are exchanged or a unit is wrong.
+        SensorError: chambers are exchanged, or a unit is wrong. It is an InputError.
         InputError: the run has no times, or a sample lacks an effort.
     """
     require_type("run", run, MeasuredRun, "MeasuredRun.from_samples(...)")
@@ -269,7 +273,35 @@ def tool_force(
     model = ToolForceModel(robot, run.drives, options, given, deviation)
     residuals = ToolForceObserver(model).residuals(run.time, run.state, run.efforts)
     is_ready = residuals.is_ready & ~_at_ends(run.time, run.bandwidth)
-    return model.forces(residuals._replace(is_ready=is_ready), run.state, run.efforts)
+    answer = model.forces(residuals._replace(is_ready=is_ready), run.state, run.efforts)
+    if _is_permanent(answer):
+        _check_sensors(run, model, limits)
+    return answer
+
+
+def _is_permanent(answer: ToolForce) -> bool:
+    """Whether nearly all samples have contact, as with a sensor that is off."""
+    ready = answer.contact[answer.is_ready]
+    return len(ready) > 0 and float(ready.mean()) > PERMANENT
+
+
+def _check_sensors(run: MeasuredRun, model: ToolForceModel, limits: Tolerances) -> None:
+    """Raise SensorError for efforts in another unit, or for exchanged chambers.
+
+    Chambers are exchanged if the other way round at least half of the samples have no contact.
+    """
+    modelling = Modelling(run, model.loads, model.frame, limits)
+    check_units(run, modelling.equations(run, loaded=False))
+    assert run.time is not None  # noqa: S101 - a motion has times
+    names = [name for name in run.drives if name in run.exchanged]
+    for count in range(1, len(names) + 1):
+        for exchanged in combinations(names, count):
+            efforts = run.efforts.copy()
+            for name in exchanged:
+                efforts[:, run.drives.index(name)] = run.exchanged[name]
+            answer = ToolForceObserver(model).run(run.time, run.state, efforts)
+            if float(answer.contact[answer.is_ready].mean()) < FREE:
+                raise exchanged_chambers(exchanged)
 
 
 def _at_ends(time: Array, bandwidth: float) -> Mask:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from hybrid_dynamics_core import InputError, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.estimation import (
     MeasuredRun,
+    SensorError,
     ToolForceModel,
     ToolForceObserver,
     ToolForceOptions,
@@ -160,6 +163,20 @@ def test_errors_of_forces_are_those_of_the_docs():
         assert np.quantile(size, 0.95) < 0.02
         assert np.rad2deg(np.quantile(angle, 0.95)) < 5.0
         assert np.mean([run.alarmed for run in runs]) < 0.01
+
+
+def test_pressures_in_bar_and_exchanged_chambers_are_no_force():
+    rng = np.random.default_rng(5)
+    both = machine(rng)
+    lift = recorded(both.true, rng, 0.0)
+    for words, change in (
+        ("seem to be in bar", lambda cap, rod: (1e-5 * cap, 1e-5 * rod)),
+        ("cap and rod side exchanged", lambda cap, rod: (rod, cap)),
+    ):
+        sides = {name: change(*pair) for name, pair in lift.pressures.items()}
+        wrong = replace(lift, pressures=sides).run(both.model)
+        with pytest.raises(SensorError, match=words):
+            tool_force(wrong)
 
 
 def test_what_shows_no_force_is_refused(excavator, motion):
