@@ -62,6 +62,7 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
         r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType)",
     ),
     ("py:.*", r"(.*\.)?(Kernel|Link|Transform|parameters\.changed\.R)"),
+    ("py:.*", r"(.*\.)?(Curve|Machine|Ramp|Row|retiming\.curve\.Trajectory)"),
     (
         "py:.*",
         r"(.*\.)?(AppliedWrench|Later|LiftingMachine|Motion|NoDescriptionError|UnlimitedError|Viewer)",

@@ -9,10 +9,10 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_core import ClosedState, InputError, Robot
+from hybrid_dynamics_core import ClosedState, InputError, Loads, Robot
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import coordinate_unit
-from hybrid_dynamics_core.retiming import TimedMotion
+from hybrid_dynamics_core.retiming import JerkLimitedMotion, MotionPoint, TimedMotion
 
 from ..load_options import load_options, loads_of
 from ..output import by_name, number, show, show_written, table
@@ -20,10 +20,12 @@ from ..parameters import closed, json_option, loaded, robot_argument, vector_opt
 from ..quantities import QuantityRange
 from ..writing import output_option, overwrite_option, place_for, read_by
 
+Motion = TimedMotion | JerkLimitedMotion
 FREQUENCY = QuantityRange("1/s", above=True)
 EPILOG = """\b
 Examples:
   hybrid-dynamics retime excavator --to boom_cylinder=0.5
+  hybrid-dynamics retime excavator --to slew=1,boom_cylinder=0.5 --jerk 5
   hybrid-dynamics retime excavator --payload 900 --share 0.9 \\
       --to boom_cylinder=0.5,stick_cylinder=0.9 --json
 """
@@ -39,6 +41,7 @@ Examples:
     type=click.Path(exists=True, dir_okay=False),
     help="Points in a CSV file, a column for each active coordinate; in place of --from and --to.",
 )
+@click.option("--jerk", type=float, help="Largest jerk on a straight way [rad/s^3 or m/s^3].")
 @click.option("--share", type=float, default=1.0, show_default=True, help="Used share of limits.")
 @click.option("--rate", type=FREQUENCY, default=100.0, show_default=True, help="Samples a second.")
 @load_options
@@ -50,6 +53,7 @@ def command(
     start: str | None,
     end: str | None,
     points: str | None,
+    jerk: float | None,
     share: float,
     rate: float,
     payload: float | None,
@@ -70,14 +74,23 @@ def command(
         place_for(save, (".csv",), read_by(machine), overwrite=overwrite)
     path = _path(machine, start, end, points)
     loads = loads_of(machine, payload, com, wrench, frame)
-    motion = machine.retime(path, loads, share=share)
+    motion = _motion(machine, path, jerk, loads, share)
     show(facts(machine, motion), as_json, text(machine, motion))
     if save:
-        times, point = motion.sampled(rate)
+        times, point = sampled(motion, rate)
         state = machine.close(point.u, point.du)
         efforts = machine.inverse_dynamics(state, point.ddu, loads)
         _write(save, machine, times, state, [point.ddu, efforts])
         show_written(save, "the motion", as_json)
+
+
+def _motion(machine: Robot, path: Array, jerk: float | None, loads: Loads, share: float) -> Motion:
+    """The fastest motion along a path, or with limited jerk between two points."""
+    if jerk is None:
+        return machine.retime(path, loads, share=share)
+    if len(path) != 2:
+        raise click.UsageError("--jerk takes two points; the path has more")
+    return machine.point_to_point(path[0], path[1], jerk, loads, share=share)
 
 
 def _path(machine: Robot, start: str | None, end: str | None, points: str | None) -> Array:
@@ -116,10 +129,10 @@ def read_points(machine: Robot, file: Path) -> Array:
     return np.array(points)
 
 
-def facts(machine: Robot, motion: TimedMotion) -> dict[str, Any]:
+def facts(machine: Robot, motion: Motion) -> dict[str, Any]:
     """The motion as plain data."""
     nearest = motion.margins.nearest
-    fastest = np.abs(motion.sampled(100.0)[1].du).max(axis=0)
+    fastest = largest_rates(motion)
     return {
         "duration": motion.duration,
         "limited_by": [{"name": name, "kind": kind} for name, kind in motion.limited_by],
@@ -128,9 +141,9 @@ def facts(machine: Robot, motion: TimedMotion) -> dict[str, Any]:
     }
 
 
-def text(machine: Robot, motion: TimedMotion) -> str:
+def text(machine: Robot, motion: Motion) -> str:
     """The duration, what limits it, and the largest rates."""
-    fastest = np.abs(motion.sampled(100.0)[1].du).max(axis=0)
+    fastest = largest_rates(motion)
     ends = motion(np.array([0.0, motion.duration])).u
     rows: list[list[object]] = []
     for k, name in enumerate(machine.active):
@@ -141,8 +154,21 @@ def text(machine: Robot, motion: TimedMotion) -> str:
     limits = [f"{kind.replace('_', ' ')} of {name}" for name, kind in motion.limited_by]
     head = ["active joint", "start", "end", "unit", "largest rate", "unit"]
     lines = [table(head, rows), f"{number(motion.duration)} s"]
-    lines.append(f"limited by: {', '.join(limits)}")
+    lines.append(f"limited by: {', '.join(limits) or 'the jerk'}")
     return "\n".join(lines)
+
+
+def sampled(motion: Motion, rate: float) -> tuple[Array, MotionPoint]:
+    """Times (N,) at `rate` samples a second, the end included, and the motion there."""
+    count = max(int(np.ceil(motion.duration * rate)), 1) + 1
+    times = np.linspace(0.0, motion.duration, count)
+    return times, motion(times)
+
+
+def largest_rates(motion: Motion) -> Array:
+    """Largest rates (n,) of the active joints [rad/s or m/s]."""
+    _, point = sampled(motion, 400.0 / motion.duration)
+    return np.asarray(np.abs(point.du).max(axis=0))
 
 
 def _write(

@@ -34,6 +34,7 @@ class Curve:
     Attributes:
         s: (N,) parameters of the points, from 0 up; without a unit.
         points: (N, n) [rad or m].
+        boundary: condition of the spline at its ends, in the words of SciPy.
     """
 
     def __init__(self, points: Array) -> None:
@@ -52,6 +53,7 @@ class Curve:
         kind = "not-a-knot"
         if len(self.s) < 4:
             kind = "natural"
+        self.boundary = kind
         self._spline = CubicSpline(self.s, self.points, axis=0, bc_type=kind)
 
     @property

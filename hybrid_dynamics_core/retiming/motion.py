@@ -72,12 +72,6 @@ class TimedMotion:
         ddu = slope * dds[..., None] + curvature * ds[..., None] ** 2
         return MotionPoint(self.curve.at(s), du, ddu)
 
-    def sampled(self, rate: float) -> tuple[Array, MotionPoint]:
-        """Times (N,) at `rate` samples a second [Hz], the end included, and the motion there."""
-        count = max(int(np.ceil(self.duration * rate)), 1) + 1
-        times = np.linspace(0.0, self.duration, count)
-        return times, self(times)
-
 
 def accelerations(s: Array, x: Array) -> Array:
     """s'' (N - 1,) between stations with squares x (N,) of s'."""

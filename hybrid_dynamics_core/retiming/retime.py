@@ -32,7 +32,7 @@ _RESERVE = 1e-6  # share of a range that is kept free, against rounding
 _SLOWER = 0.98  # factor of s'^2 of a motion that is still too fast
 _HALF = 0.5  # the same where only a start is wanted
 _SLOWDOWNS = 100
-_AT_LIMIT = 1e-3  # share of a limit within which a quantity is at it
+_AT_LIMIT = 2e-3  # share of a limit within which a quantity is at it
 _FLOOR = 1e-4  # least s'^2 at which tangents are taken, over the largest
 
 
@@ -67,15 +67,26 @@ def retime(
         InputError: the path leaves limits, opens a loop or is ill-formed; the drives cannot hold
             the robot somewhere; nothing limits the motion.
     """
-    if not 0.0 < real_number("share", share) <= 1.0:
-        raise InputError(f"share is {share}; expected a number above 0, up to 1")
+    used = checked_share(share)
     if not int(stations) == stations >= 2:
         raise InputError(f"stations is {stations}; expected a whole number of 2 or more")
     curve = curve_of(path, machine.active)
-    constraints = Constraints(machine, curve, loads, near, share)
-    search = _Search(constraints, _stations(constraints, int(stations)))
+    constraints = Constraints(machine, curve, loads, near, used)
+    search = search_of(constraints, int(stations))
     search.check_path()
     return search.motion(loads)
+
+
+def checked_share(share: float) -> float:
+    """A share of limits, above 0 and up to 1; otherwise raises InputError."""
+    if not 0.0 < real_number("share", share) <= 1.0:
+        raise InputError(f"share is {share}; expected a number above 0, up to 1")
+    return float(share)
+
+
+def search_of(constraints: Constraints, stations: int = STATIONS) -> Search:
+    """The search with a number of stretches."""
+    return Search(constraints, _stations(constraints, stations))
 
 
 def _stations(constraints: Constraints, count: int) -> Array:
@@ -100,7 +111,7 @@ def _stations(constraints: Constraints, count: int) -> Array:
     return np.unique(np.concatenate([s[is_free], *beside]))
 
 
-class _Search:
+class Search:
     """The search for the fastest profile along one path."""
 
     def __init__(self, constraints: Constraints, s: Array) -> None:
@@ -153,7 +164,7 @@ class _Search:
 
     def motion(self, loads: Loads | None) -> TimedMotion:
         """The fastest motion."""
-        fastest = self._fastest()
+        fastest = self.fastest()
         narrowed = np.zeros((len(self.s), 1))
         x = self._start(fastest)
         for _ in range(_TIGHTENED):
@@ -166,7 +177,7 @@ class _Search:
         self._divide(_FINEST)
         return self._finished(self._within(x), loads)
 
-    def _fastest(self) -> Array:
+    def fastest(self) -> Array:
         """Largest squares (N,) of s'; by rates and flows, or else by what efforts can reach."""
         fastest = self.constraints.fastest(self.s) * (1.0 - _RESERVE)
         still = np.zeros(len(self.s))
@@ -251,7 +262,7 @@ class _Search:
         tau = self.constraints.machine.inverse_dynamics(state, ddu, loads)
         margins = margins_of(self.constraints.limits, state, tau, ddu)
         times = times_of(self.s, x)
-        reached = _at_limit(margins, self.constraints.share)
+        reached = at_limit(margins, self.constraints.share)
         return TimedMotion(self.curve, self.s, x, times, margins, reached)
 
 
@@ -281,7 +292,7 @@ def _about_stations(by_stretch: Array) -> Array:
     return np.asarray(np.maximum(before, after))
 
 
-def _at_limit(margins: LimitMargins, share: float) -> tuple[tuple[str, str], ...]:
+def at_limit(margins: LimitMargins, share: float) -> tuple[tuple[str, str], ...]:
     """Names and kinds of quantities that come to the used share of their limit."""
     shares = margins.shares.min(axis=0)
     names: list[tuple[str, str]] = []

@@ -15,7 +15,7 @@ from ..kinematics.ik_batch import inverse_kinematics
 from ..kinematics.pose_chain import PoseChain
 from ..kinematics.workspace import find_workspace
 from ..limits import limit_margins
-from ..retiming import retime
+from ..retiming import point_to_point, retime
 from .actuation import Actuation
 from .closure import Closure
 from .compiled_calls import RobotKernels
@@ -307,6 +307,7 @@ class Robot:
     capability = capability_at  # a function of the robot
     limit_margins = limit_margins
     retime = retime
+    point_to_point = point_to_point
     drive_rates = delegate("_actuation", Actuation.drive_rates)
     distribute = delegate("_actuation", Actuation.distribute)
     generalised_forces = delegate("_actuation", Actuation.generalised_forces)

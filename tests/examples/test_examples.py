@@ -27,6 +27,7 @@ PRINTS = {  # the script, and what its output has to say
     "weighing_bucket": "with an empty run:",
     "calibrating_excavator": "reduced chi-squared",
     "tilting_excavator": "teeth of the bucket:",
+    "as_fast_as_the_pump_allows": "limited by",
 }
 SAMPLE = ("excavator_digging", "palletizer_level_wrist")  # of which each run draws the figures
 

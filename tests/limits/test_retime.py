@@ -7,14 +7,18 @@ import textwrap
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.retiming.ramps import ramp
 from tests.cli.calling import call
 from tests.limits.machines import CRANE, crane
+from tests.sampling import examples
 
 WAY = 1.5  # [m]
 
@@ -159,6 +163,39 @@ def test_the_command_line_writes_a_motion_through_points(tmp_path) -> None:
     assert rows["lift_cylinder"][[0, -1]] == pytest.approx([0.1, 0.3])
     points.write_text("boom_cylinder,lift\n0.1,0.1\n")
     assert "points.csv:1: the columns are boom_cylinder, lift; expected" in call(*words[:4]).stderr
+
+
+@pytest.mark.parametrize("jerk", [50.0, 0.5])
+def test_jerk_is_limited_between_two_points(jerk: float) -> None:
+    machine = crane()
+    motion = machine.point_to_point([0.1, 0.1], [0.4, 0.35], [jerk, jerk])
+    assert_it_keeps_all(machine, motion, 2001)
+    times = np.linspace(0.0, motion.duration, 2001)
+    jerks = np.diff(motion(times).ddu, axis=0) / np.diff(times)[:, None]
+    assert np.abs(jerks).max() == pytest.approx(jerk, rel=1e-6)
+    assert np.abs(motion(times).ddu[[0, -1]]).max() < 1e-9
+    fastest = machine.retime([[0.1, 0.1], [0.4, 0.35]], stations=50)
+    assert motion.duration > fastest.duration
+
+
+@examples(120)
+@given(*[st.floats(1e-2, 1e2) for _ in range(4)])
+def test_a_ramp_ends_at_rest_and_is_at_a_limit_everywhere(way, rate, acceleration, jerk) -> None:
+    move = ramp(way, rate, acceleration, jerk)
+    times = np.linspace(0.0, move.duration, 301)
+    x, v, a = move.at(times)
+    assert x[-1] == pytest.approx(way, rel=1e-9)
+    assert abs(v[-1]) < 1e-9 * v.max()
+    assert v.max() <= rate * (1.0 + 1e-9)
+    assert np.abs(a).max() <= acceleration * (1.0 + 1e-9)
+    assert np.abs(move.jerks).max() == jerk
+    spans = np.diff(move.times)
+    assert (spans >= 0.0).all()
+    # what is not jerk is another limit: nothing is left to gain
+    if spans[1] > 1e-9 * move.duration:
+        assert move.states[1, 2] == pytest.approx(acceleration)
+    if spans[3] > 1e-9 * move.duration:
+        assert move.states[3, 1] == pytest.approx(rate)
 
 
 def test_a_motion_that_nothing_limits_is_refused() -> None:
