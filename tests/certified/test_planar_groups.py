@@ -43,6 +43,30 @@ end_effector: {link: plate}
 reference: {x: 0.7, y: 0.5, a: 0.1, l0: 0.86, l1: 0.8, l2: 0.75}
 """
 
+CARRIED_BY_A_LEG = TRIPOD.replace(
+    """
+links: {base: {}, sx: {}, sy: {}, plate: {mass: 1}}
+joints:
+  x: {type: prismatic, parent: base, child: sx, axis: x}
+  y: {type: prismatic, parent: sx, child: sy, axis: y}
+  a: {type: revolute, parent: sy, child: plate, axis: z}
+legs:
+  one:
+    joints:
+      - {name: f0, type: revolute, axis: z}
+      - {name: l0, type: prismatic, axis: x}
+    to: {plate: [0.0, 0.0, 0.0]}
+""",
+    """
+links: {base: {}, bar: {}, rod: {mass: 1}, plate: {mass: 1}}
+joints:
+  f0: {type: revolute, parent: base, child: bar, axis: z}
+  l0: {type: prismatic, parent: bar, child: rod, axis: x}
+  a: {type: revolute, parent: rod, child: plate, axis: z}
+legs:
+""",
+).replace("x: 0.7, y: 0.5, a: 0.1", "f0: 0.6, a: -0.5")
+
 
 def solved(feet: np.ndarray, tips: np.ndarray, squares: np.ndarray) -> PlanarPoses:
     parts = [Ball(x.astype(complex), 1e-16 * np.abs(x)) for x in (feet, tips, squares)]
@@ -108,17 +132,21 @@ def test_legs_out_of_reach_have_no_pose_and_that_is_proved() -> None:
     assert not poses.real.any()
 
 
-def test_a_robot_lists_its_modes_and_says_why_there_are_no_others() -> None:
-    robot = linkage(TRIPOD)
+@pytest.mark.parametrize("text", [TRIPOD, CARRIED_BY_A_LEG], ids=["slides", "leg"])
+def test_a_robot_lists_its_modes_and_says_why_there_are_no_others(text: str) -> None:
+    robot = linkage(text)
     modes = robot.assembly_modes(robot.reference)
     assert modes.complete
     assert "proved to have no other" in modes.reason
     assert all(mode.state.residual < 1e-12 for mode in modes)
-    names = [robot.coordinates.index(name) for name in ("x", "y", "a")]
     feet = np.array([0.0, 2.0, 0.9 + 1.8j])
     tips = np.array([0.0, 0.7, 0.2 + 0.6j])
     reached = searched(feet, tips, robot.reference**2, 200)
-    listed = [(s[0] + 1j * s[1], np.exp(1j * s[2])) for s in (m.state.s[names] for m in modes)]
+    listed = []
+    for mode in modes:
+        pose = robot.forward_kinematics(mode.state, frame="plate")
+        turned = pose.rotation[0, 0] + 1j * pose.rotation[1, 0]
+        listed.append((pose.position[0] + 1j * pose.position[1], turned))
     apart = np.abs(reached[:, None] - np.array(listed)).max(axis=2)
     assert apart.min(axis=1).max() < 1e-6
     assert apart.min(axis=0).max() < 1e-6

@@ -23,6 +23,8 @@ from ..enclosed import enclosed, in_plane, on_axis
 from .planar_poses import PlanarLegs
 
 LEGS = 3
+SLIDES_AND_PIVOT = [False, False, True]  # which of the joints turn
+TWO_PIVOTS = [True, True]
 CLEAR = 1e-9  # area between the directions of two slides below which they are parallel
 
 Joints = tuple[PlanarJoint, ...]
@@ -51,12 +53,14 @@ class PlanarPlatform:
         unknown: the unknown ones among them.
         tips: points (2,) of the platform at zero [m], one a leg.
         legs: the legs to these points.
+        on_leg: whether the carrier is the first leg, and not two slides and a pivot.
     """
 
     carrier: Joints
     unknown: Joints
     tips: tuple[Vector, ...]
     legs: tuple[PlanarLeg, ...]
+    on_leg: bool
 
     def balls(self, tree: Tree, configuration: Configuration, given: Sequence[int]) -> PlanarLegs:
         """The geometry of the legs with outward rounding, in the platform's place at zero.
@@ -88,38 +92,39 @@ class PlanarPlatform:
             configuration: values of all coordinates but the unknowns.
             guess: all coordinates nearby [rad, m].
         """
-        *slides, pivot = self.unknown
         trial = configuration.with_zeros(k.coordinate for k in self.unknown)
+        goals = [place + turn * complex(*tip) for tip in self.tips]
+        aimed = list(zip(self.legs, goals, strict=True))
+        pivot = self.unknown[-1]
+        if self.on_leg:
+            _aim(*aimed.pop(0), trial, guess)
         rotation = _turn_of(self.carrier, trial)
         _turn_to(trial, pivot, turn / rotation, guess)
-        state = planar_chain(self.carrier, (0.0, 0.0), trial)
-        directions = np.array([_direction(self.carrier, state.places, k) for k in slides]).T
-        gap = np.array([place.real, place.imag]) - np.array(state.end, dtype=float)
-        if abs(float(np.linalg.det(directions))) < CLEAR:
+        if not self.on_leg and not self._slide(place, trial):
             return None
-        strokes = np.linalg.solve(directions, gap)
-        for joint, stroke in zip(slides, strokes.tolist(), strict=True):
-            trial.set_length(joint.coordinate, stroke)
-        for leg, tip in zip(self.legs, self.tips, strict=True):
-            self._aim(leg, tip, trial, guess)
+        for leg, goal in aimed:
+            _aim(leg, goal, trial, guess)
         return trial
 
-    def _aim(
-        self, leg: PlanarLeg, tip: Vector, configuration: Configuration, guess: Sequence[float]
-    ) -> None:
-        """Turn a leg to its tip."""
-        goal = planar_chain(self.carrier, tip, configuration).end
-        configuration.set_angle(leg.pivot.coordinate, 0.0)
-        state = planar_chain(leg.joints, leg.end, configuration)
-        foot = state.places[leg.joints.index(leg.pivot)]
-        wanted = complex(*sub(goal, foot))
-        _turn_to(configuration, leg.pivot, wanted / complex(*sub(state.end, foot)), guess)
+    def _slide(self, place: complex, configuration: Configuration) -> bool:
+        """Set both slides, which are at zero; False if they are parallel."""
+        slides = self.unknown[:-1]
+        state = planar_chain(self.carrier, (0.0, 0.0), configuration)
+        columns = [_direction(self.carrier, state.places, joint) for joint in slides]
+        directions = np.array(columns).T
+        gap = np.array([place.real, place.imag]) - np.array(state.end, dtype=float)
+        if abs(float(np.linalg.det(directions))) < CLEAR:
+            return False
+        strokes = np.linalg.solve(directions, gap)
+        for joint, stroke in zip(slides, strokes.tolist(), strict=True):
+            configuration.set_length(joint.coordinate, stroke)
+        return True
 
 
 def planar_platform(block: BlockSolver) -> PlanarPlatform | None:
     """A block as a planar platform on three legs; None if it is none."""
     pins = [loop for loop in loops_of(block.equations) if isinstance(loop, PlanarPin)]
-    if not 2 * len(pins) == len(block.equations) == len(block.unknowns) == 2 * LEGS:
+    if not 2 * len(pins) == len(block.equations) == len(block.unknowns):
         return None
     unknown = frozenset(block.unknowns)
     shared = _shared(pins)
@@ -134,9 +139,28 @@ def planar_platform(block: BlockSolver) -> PlanarPlatform | None:
         tips.append(tip)
     carrier = carriers[0]
     moving = tuple(joint for joint in carrier if joint.coordinate in unknown)
-    if any(other != carrier for other in carriers) or not _slides_then_turns(moving):
+    if any(other != carrier for other in carriers):
         return None
-    return PlanarPlatform(carrier, moving, tuple(tips), tuple(legs))
+    kinds = [joint.revolute for joint in moving]
+    on_leg = kinds == TWO_PIVOTS and moving[-1] is carrier[-1] and len(legs) == LEGS - 1
+    if on_leg:
+        legs.insert(0, PlanarLeg(carrier[:-1], moving[0], moving[1].place))
+        tips.insert(0, moving[1].place)
+    elif kinds != SLIDES_AND_PIVOT or len(legs) != LEGS:
+        return None
+    return PlanarPlatform(carrier, moving, tuple(tips), tuple(legs), on_leg)
+
+
+def _aim(
+    leg: PlanarLeg, goal: complex, configuration: Configuration, guess: Sequence[float]
+) -> None:
+    """Turn a leg so that it ends at a place [m]."""
+    configuration.set_angle(leg.pivot.coordinate, 0.0)
+    state = planar_chain(leg.joints, leg.end, configuration)
+    foot = state.places[leg.joints.index(leg.pivot)]
+    bar = complex(*sub(state.end, foot))
+    wanted = goal - complex(*foot)
+    _turn_to(configuration, leg.pivot, wanted / bar, guess)
 
 
 def _shared(pins: Sequence[PlanarPin]) -> frozenset[int]:
@@ -157,12 +181,6 @@ def _parts(
             carrier, tip = other
             return PlanarLeg(joints, moving[0], end), carrier, tip
     return None
-
-
-def _slides_then_turns(joints: Joints) -> bool:
-    """Whether joints are two slides and one pivot, which is the last."""
-    kinds = [joint.revolute for joint in joints]
-    return kinds == [False, False, True]
 
 
 def _turn_of(joints: Joints, configuration: Configuration) -> complex:

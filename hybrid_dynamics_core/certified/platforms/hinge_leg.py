@@ -48,7 +48,11 @@ class HingeLeg:
 
     def aim(self, configuration: Configuration, guess: Sequence[float]) -> None:
         """Turn the hinge of a configuration so that the leg ends at its tip."""
-        goal = self.carrier.at(configuration).end
+        self.aim_at(self.carrier, configuration, guess)
+
+    def aim_at(self, target: Chain, configuration: Configuration, guess: Sequence[float]) -> None:
+        """Turn the hinge of a configuration so that the leg points to the end of a chain."""
+        goal = target.at(configuration).end
         joint = self._joint(configuration)
         bar = sub(self.straight_end(configuration), joint.origin)
         wanted = sub(goal, joint.origin)
@@ -78,7 +82,15 @@ def hinge_legs(loops: Sequence[LoopEquations], unknown: frozenset[int]) -> tuple
 def _legs_of(loop: SpatialClosure, unknown: frozenset[int]) -> list[HingeLeg]:
     """The leg of a loop, or none."""
     for chain, carrier in ((loop.a, loop.b), (loop.b, loop.a)):
-        moving = [body for body in chain.bodies if body.coordinate in unknown]
-        if len(moving) == 1 and moving[0].is_revolute and moving[0].chart is None:
-            return [HingeLeg(chain, moving[0], carrier)]
+        leg = hinge_leg(chain, carrier, unknown)
+        if leg is not None:
+            return [leg]
     return []
+
+
+def hinge_leg(chain: Chain, carrier: Chain, unknown: frozenset[int]) -> HingeLeg | None:
+    """A chain as a leg on a hinge to the end of another chain; None if it is none."""
+    moving = [body for body in chain.bodies if body.coordinate in unknown]
+    if len(moving) != 1 or not moving[0].is_revolute or moving[0].chart is not None:
+        return None
+    return HingeLeg(chain, moving[0], carrier)
