@@ -64,13 +64,20 @@ def _modes_in_plane(platform: PlanarPlatform, block: BlockSolver, setting: Setti
     poses = planar_poses(legs)
     real = poses.real[0]
     solutions: list[list[float]] = []
-    for turn, place in zip(poses.turns[0, real], poses.places[0, real], strict=True):
+    for turn, place in zip(
+        poses.turns[0, real],
+        poses.places[0, real],
+        strict=True,
+    ):
         placed = platform.placed(
             complex(turn), complex(place), setting.configuration, setting.guess
         )
         if placed is not None:
             solutions.append([float(placed.q[k]) for k in block.unknowns])
-    values = np.reshape(solutions, (len(solutions), len(block.unknowns)))
+    values = np.reshape(
+        solutions,
+        (len(solutions), len(block.unknowns)),
+    )
     complete = bool(poses.complete[0]) and len(solutions) == np.count_nonzero(real)
     number = counted(len(solutions), "certified root")
     reason = f"{number} of its resultant on the unit circle"
@@ -84,7 +91,11 @@ def _modes_of_platform(platform: LegPlatform, block: BlockSolver, setting: Setti
     poses = platform_poses(legs)
     solutions: list[list[float]] = []
     complete, reason = poses.complete, poses.reason
-    for rotation, origin in zip(poses.rotations, poses.origins, strict=True):
+    for rotation, origin in zip(
+        poses.rotations,
+        poses.origins,
+        strict=True,
+    ):
         placed, margin = platform.carrier.placed(
             rotation, origin, setting.configuration, setting.guess
         )
@@ -95,5 +106,8 @@ def _modes_of_platform(platform: LegPlatform, block: BlockSolver, setting: Setti
         elif margin > -CLEAR:
             complete = False
             reason = f"{reason}; one is singular for the joints that carry the platform"
-    values = np.reshape(solutions, (len(solutions), len(block.unknowns)))
+    values = np.reshape(
+        solutions,
+        (len(solutions), len(block.unknowns)),
+    )
     return BlockModes(values, complete, reason)

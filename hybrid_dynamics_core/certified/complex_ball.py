@@ -62,7 +62,11 @@ class Ball(NamedTuple):
         with np.errstate(divide="ignore", invalid="ignore"):
             middle = self.middle / other.middle
             changes = (self.radius + np.abs(middle) * other.radius) / least
-            radius = np.where(least > 0.0, _raised(changes, middle), np.inf)
+            radius = np.where(
+                least > 0.0,
+                _raised(changes, middle),
+                np.inf,
+            )
         return Ball(middle, radius)
 
 
@@ -113,14 +117,20 @@ class Polynomial(NamedTuple):
         if self.lowest <= power <= self.highest:
             return self.coefficients[power - self.lowest]
         first = self.coefficients[0]
-        return Ball(np.zeros_like(first.middle), np.zeros_like(first.radius))
+        return Ball(
+            np.zeros_like(first.middle),
+            np.zeros_like(first.radius),
+        )
 
     def at(self, z: Ball) -> Ball:
         """The values at z, by Horner's rule."""
         *others, total = self.coefficients
         for coefficient in reversed(others):
             total = total.times(z).plus(coefficient)
-        inverse = Ball(np.ones_like(z.middle), np.zeros_like(z.radius)).divided_by(z)
+        inverse = Ball(
+            np.ones_like(z.middle),
+            np.zeros_like(z.radius),
+        ).divided_by(z)
         factor = z
         if self.lowest < 0:
             factor = inverse

@@ -16,7 +16,11 @@ from .rounding import bound
 SOLVED = 1e-12  # [rad or m] doubt of coordinates that other blocks have solved
 
 
-def enclosed(tree: Tree, configuration: Configuration, given: Sequence[int]) -> Configuration:
+def enclosed(
+    tree: Tree,
+    configuration: Configuration,
+    given: Sequence[int],
+) -> Configuration:
     """The configuration in intervals: given values are points, solved ones have a doubt."""
     result = Configuration(len(configuration.q), configuration.charts)
     for k, value in enumerate(configuration.q):
@@ -33,12 +37,18 @@ def enclosed(tree: Tree, configuration: Configuration, given: Sequence[int]) -> 
 def joined(scalars: Iterable[Interval | float]) -> Interval:
     """Scalars as one interval of arrays."""
     parts = [enclosing(x) for x in scalars]
-    return Interval([float(x.lower) for x in parts], [float(x.upper) for x in parts])
+    return Interval(
+        [float(x.lower) for x in parts],
+        [float(x.upper) for x in parts],
+    )
 
 
 def stacked(vectors: Sequence[Interval]) -> Interval:
     """Vectors as the rows of one interval."""
-    return Interval([x.lower for x in vectors], [x.upper for x in vectors])
+    return Interval(
+        [x.lower for x in vectors],
+        [x.upper for x in vectors],
+    )
 
 
 def in_plane(vectors: Sequence[Vector]) -> Ball:
@@ -46,10 +56,16 @@ def in_plane(vectors: Sequence[Vector]) -> Ball:
     x = joined(vector[0] for vector in vectors)
     y = joined(vector[1] for vector in vectors)
     middle = x.middle + 1j * y.middle
-    return Ball(middle[None], bound(x.radius + y.radius)[None])
+    return Ball(
+        middle[None],
+        bound(x.radius + y.radius)[None],
+    )
 
 
 def on_axis(values: Sequence[Interval | float]) -> Ball:
     """Real scalars as complex numbers (1, n)."""
     x = joined(values)
-    return Ball(x.middle[None].astype(complex), np.asarray(x.radius)[None])
+    return Ball(
+        x.middle[None].astype(complex),
+        np.asarray(x.radius)[None],
+    )

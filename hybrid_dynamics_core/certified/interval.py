@@ -29,7 +29,11 @@ class Interval:
     __slots__ = ("lower", "upper")
     __array_ufunc__ = None  # lets NumPy scalars on the left defer to these methods
 
-    def __init__(self, lower: ArrayLike, upper: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        lower: ArrayLike,
+        upper: ArrayLike | None = None,
+    ) -> None:
         self.lower: Array = np.asarray(lower, dtype=float)
         self.upper: Array = self.lower
         if upper is not None:
@@ -52,12 +56,18 @@ class Interval:
     def radius(self) -> Array:
         """A distance from `middle` within which the interval lies."""
         centre = self.middle
-        return np.maximum(up(self.upper - centre), up(centre - self.lower))
+        return np.maximum(
+            up(self.upper - centre),
+            up(centre - self.lower),
+        )
 
     @property
     def magnitude(self) -> Array:
         """The largest absolute value."""
-        return np.maximum(np.abs(self.lower), np.abs(self.upper))
+        return np.maximum(
+            np.abs(self.lower),
+            np.abs(self.upper),
+        )
 
     def holds_zero(self) -> Array:
         """Whether zero is in it, elementwise (booleans)."""
@@ -69,7 +79,10 @@ class Interval:
 
     def __add__(self, other: Interval | float) -> Interval:
         b = _interval(other)
-        return Interval(down(self.lower + b.lower), up(self.upper + b.upper))
+        return Interval(
+            down(self.lower + b.lower),
+            up(self.upper + b.upper),
+        )
 
     __radd__ = __add__
 
@@ -78,7 +91,10 @@ class Interval:
 
     def __sub__(self, other: Interval | float) -> Interval:
         b = _interval(other)
-        return Interval(down(self.lower - b.upper), up(self.upper - b.lower))
+        return Interval(
+            down(self.lower - b.upper),
+            up(self.upper - b.lower),
+        )
 
     def __rsub__(self, other: float) -> Interval:
         return _interval(other) - self
@@ -95,15 +111,25 @@ class Interval:
                 self.upper * b.upper,
             )
         )
-        return Interval(down(products.min(axis=0)), up(products.max(axis=0)))
+        return Interval(
+            down(products.min(axis=0)),
+            up(products.max(axis=0)),
+        )
 
     __rmul__ = __mul__
 
     def squared(self) -> Interval:
         """Its square, which is not negative."""
         ends = np.stack([self.lower**2, self.upper**2])
-        least = np.where(self.holds_zero(), 0.0, down(ends.min(axis=0)))
-        return Interval(np.maximum(least, 0.0), up(ends.max(axis=0)))
+        least = np.where(
+            self.holds_zero(),
+            0.0,
+            down(ends.min(axis=0)),
+        )
+        return Interval(
+            np.maximum(least, 0.0),
+            up(ends.max(axis=0)),
+        )
 
     def reciprocal(self) -> Interval:
         """1 over it; unbounded where it holds zero."""
@@ -111,7 +137,10 @@ class Interval:
             lower = down(1.0 / self.upper)
             upper = up(1.0 / self.lower)
         undefined = self.holds_zero()
-        return Interval(np.where(undefined, -np.inf, lower), np.where(undefined, np.inf, upper))
+        return Interval(
+            np.where(undefined, -np.inf, lower),
+            np.where(undefined, np.inf, upper),
+        )
 
     def __truediv__(self, other: Interval | float) -> Interval:
         return self * _interval(other).reciprocal()
@@ -129,12 +158,19 @@ class Interval:
     def absolute(self) -> Interval:
         """Absolute value."""
         ends = np.stack([np.abs(self.lower), np.abs(self.upper)])
-        least = np.where(self.holds_zero(), 0.0, ends.min(axis=0))
+        least = np.where(
+            self.holds_zero(),
+            0.0,
+            ends.min(axis=0),
+        )
         return Interval(least, ends.max(axis=0))
 
     def rint(self) -> Interval:
         """Nearest integers."""
-        return Interval(np.rint(self.lower), np.rint(self.upper))
+        return Interval(
+            np.rint(self.lower),
+            np.rint(self.upper),
+        )
 
     def atan2(self, x: Interval) -> Interval:
         """Angles of vectors (x, self); all angles, since nothing here needs them closer."""
@@ -143,13 +179,26 @@ class Interval:
 
     def cos(self) -> Interval:
         """Cosine."""
-        return self._wave(np.cos(self.lower), np.cos(self.upper), 0.0)
+        return self._wave(
+            np.cos(self.lower),
+            np.cos(self.upper),
+            0.0,
+        )
 
     def sin(self) -> Interval:
         """Sine."""
-        return self._wave(np.sin(self.lower), np.sin(self.upper), 0.25)
+        return self._wave(
+            np.sin(self.lower),
+            np.sin(self.upper),
+            0.25,
+        )
 
-    def _wave(self, first: Array, last: Array, peak: float) -> Interval:
+    def _wave(
+        self,
+        first: Array,
+        last: Array,
+        peak: float,
+    ) -> Interval:
         """A wave of period 2 pi with its largest value 1 after `peak` turns.
 
         Args:
@@ -164,8 +213,16 @@ class Interval:
         falls = (np.ceil(start - 0.5) <= end - 0.5) | wide
         lower = np.minimum(first, last) - _LIBRARY
         upper = np.maximum(first, last) + _LIBRARY
-        lower = np.where(falls, -1.0, np.maximum(lower, -1.0))
-        upper = np.where(rises, 1.0, np.minimum(upper, 1.0))
+        lower = np.where(
+            falls,
+            -1.0,
+            np.maximum(lower, -1.0),
+        )
+        upper = np.where(
+            rises,
+            1.0,
+            np.minimum(upper, 1.0),
+        )
         return Interval(lower, upper)
 
     def __repr__(self) -> str:

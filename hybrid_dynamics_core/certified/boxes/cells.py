@@ -80,12 +80,22 @@ class Subdivision:
         near: gives the other coordinates (N, m) at given ones (N, n), and whether they close (N,).
     """
 
-    def __init__(self, graph: LoopGraph, forms: ClosedForms, near: Near) -> None:
+    def __init__(
+        self,
+        graph: LoopGraph,
+        forms: ClosedForms,
+        near: Near,
+    ) -> None:
         self._graph = graph
         self._forms = forms
         self._near = near
 
-    def decided(self, lower: Array, upper: Array, depth: int) -> Decided:
+    def decided(
+        self,
+        lower: Array,
+        upper: Array,
+        depth: int,
+    ) -> Decided:
         """The cells of a box.
 
         Args:
@@ -112,20 +122,37 @@ class Subdivision:
             boxes = closed_boxes(self._graph, cells)
             forms = self._forms.at(lower, upper)
         boxes = boxes._replace(holds=boxes.holds & closes)
-        kinds = np.full(len(lower), CellKind.UNDECIDED, dtype=np.int64)
+        kinds = np.full(
+            len(lower),
+            CellKind.UNDECIDED,
+            dtype=np.int64,
+        )
         kinds[forms.is_open] = CellKind.OPEN
         kinds[boxes.holds | forms.closes] = CellKind.CLOSED
         return Decided(cells, kinds, boxes, forms)
 
 
-def _chosen(decided: Decided, rows: NDArray[np.bool_]) -> Decided:
+def _chosen(
+    decided: Decided,
+    rows: NDArray[np.bool_],
+) -> Decided:
     """Some of the cells."""
     cells = Cells(*(part[rows] for part in decided.cells))
     boxes = decided.boxes
-    box = ClosedBoxes(boxes.lower[rows], boxes.upper[rows], boxes.alone[rows], boxes.holds[rows])
+    box = ClosedBoxes(
+        boxes.lower[rows],
+        boxes.upper[rows],
+        boxes.alone[rows],
+        boxes.holds[rows],
+    )
     forms = decided.forms
     closes, is_open = forms.closes[rows], forms.is_open[rows]
-    verdicts = Verdicts(closes, is_open, forms.place_lower[rows], forms.place_upper[rows])
+    verdicts = Verdicts(
+        closes,
+        is_open,
+        forms.place_lower[rows],
+        forms.place_upper[rows],
+    )
     return Decided(cells, decided.kinds[rows], box, verdicts)
 
 
@@ -140,7 +167,11 @@ def _joined(parts: Sequence[Decided]) -> Decided:
     )
 
 
-def _halved(lower: Array, upper: Array, widths: Array) -> tuple[Array, Array]:
+def _halved(
+    lower: Array,
+    upper: Array,
+    widths: Array,
+) -> tuple[Array, Array]:
     """Both halves of cells (N, n), divided across the longest side in shares of `widths`."""
     sides = ((upper - lower) / widths).argmax(axis=1)
     rows = np.arange(len(lower))

@@ -76,7 +76,11 @@ class LoopGraph:
         is_square: whether there are as many equations as unknowns.
     """
 
-    def __init__(self, model: Model, charts: Sequence[float]) -> None:
+    def __init__(
+        self,
+        model: Model,
+        charts: Sequence[float],
+    ) -> None:
         """Trace the equations.
 
         Args:
@@ -89,7 +93,11 @@ class LoopGraph:
         graph = Graph()
         size = len(model.tree.coordinates)
         symbols = [graph.input(0, k) for k in range(size)]
-        configuration = given_configuration(model.tree, dict(enumerate(symbols)), tuple(charts))
+        configuration = given_configuration(
+            model.tree,
+            dict(enumerate(symbols)),
+            tuple(charts),
+        )
         residuals: list[Scalar] = []
         guards: list[Scalar] = []
         for block in plan.blocks:
@@ -99,7 +107,10 @@ class LoopGraph:
                 guards += loop.guards(configuration)
             residuals += [linear[e.loop][e.index] for e in block.equations]
         self.is_square = len(residuals) == len(self.unknown)
-        slopes = jacobian(residuals, [symbols[k] for k in self.unknown])
+        slopes = jacobian(
+            residuals,
+            [symbols[k] for k in self.unknown],
+        )
         self._residuals = GraphValues(graph, residuals)
         self._jacobian = GraphValues(graph, list(chain.from_iterable(slopes)))
         self._guards = GraphValues(graph, guards)
@@ -108,7 +119,11 @@ class LoopGraph:
         """f(U, y), as columns (N, m, 1)."""
         count = len(cells.near)
         inputs = self._inputs(cells, cells.near, cells.near)
-        return IntervalMatrix.of(self._residuals.at(inputs, count), 1, count)
+        return IntervalMatrix.of(
+            self._residuals.at(inputs, count),
+            1,
+            count,
+        )
 
     def jacobian(self, cells: Cells, radius: Array) -> IntervalMatrix:
         """J(U, X) for boxes of this radius (N, m) about `near`."""
@@ -118,19 +133,40 @@ class LoopGraph:
         entries = self._jacobian.at(inputs, count)
         return IntervalMatrix.of(entries, len(self.unknown), count)
 
-    def guarded(self, cells: Cells, lower: Array, upper: Array) -> NDArray[np.bool_]:
+    def guarded(
+        self,
+        cells: Cells,
+        lower: Array,
+        upper: Array,
+    ) -> NDArray[np.bool_]:
         """Whether frames that must be parallel are proved not to be opposed (N,)."""
         count = len(cells.near)
         holds = np.ones(count, dtype=bool)
-        for guard in self._guards.at(self._inputs(cells, lower, upper), count):
+        for guard in self._guards.at(
+            self._inputs(cells, lower, upper),
+            count,
+        ):
             holds &= guard.lower > 0.0
         return holds
 
-    def _inputs(self, cells: Cells, lower: Array, upper: Array) -> dict[tuple[int, int], Interval]:
+    def _inputs(
+        self,
+        cells: Cells,
+        lower: Array,
+        upper: Array,
+    ) -> dict[tuple[int, int], Interval]:
         inputs: dict[tuple[int, int], Interval] = {}
-        for k, value in zip(self.given, columns(cells.lower, cells.upper), strict=True):
+        for k, value in zip(
+            self.given,
+            columns(cells.lower, cells.upper),
+            strict=True,
+        ):
             inputs[0, k] = value
-        for k, value in zip(self.unknown, columns(lower, upper), strict=True):
+        for k, value in zip(
+            self.unknown,
+            columns(lower, upper),
+            strict=True,
+        ):
             inputs[0, k] = value
         return inputs
 
@@ -139,21 +175,41 @@ def closed_boxes(graph: LoopGraph, cells: Cells) -> ClosedBoxes:
     """Boxes that are proved to hold one closed configuration for each u of a cell."""
     count, size = cells.near.shape
     if not size:
-        return ClosedBoxes(cells.near, cells.near, cells.near, np.ones(count, dtype=bool))
+        return ClosedBoxes(
+            cells.near,
+            cells.near,
+            cells.near,
+            np.ones(count, dtype=bool),
+        )
     residual = graph.residuals(cells)
     radius = np.full((count, size), LEAST)
     holds = np.zeros(count, dtype=bool)
-    step, doubt = np.zeros((count, size)), np.full((count, size), np.inf)
+    step, doubt = (
+        np.zeros((count, size)),
+        np.full(
+            (count, size),
+            np.inf,
+        ),
+    )
     for _ in range(ATTEMPTS):
         slopes = graph.jacobian(cells, radius)
         inverse = slopes.preconditioner()
-        step, doubt = _krawczyk(inverse, residual, slopes.defect(inverse), radius)
+        step, doubt = _krawczyk(
+            inverse,
+            residual,
+            slopes.defect(inverse),
+            radius,
+        )
         needed = bound(np.abs(step) + doubt)
         holds = np.asarray((needed < radius).all(axis=1))
         grows = ~holds & (needed < MOST).all(axis=1)
         if not grows.any():
             break
-        radius = np.where(grows[:, None], np.maximum(radius, INFLATED * needed) + LEAST, radius)
+        radius = np.where(
+            grows[:, None],
+            np.maximum(radius, INFLATED * needed) + LEAST,
+            radius,
+        )
     centre = cells.near - step
     lower, upper = down(down(centre) - doubt), up(up(centre) + doubt)
     holds &= np.isfinite(lower).all(axis=1)
@@ -169,9 +225,18 @@ def alone_within(graph: LoopGraph, cells: Cells, boxes: ClosedBoxes) -> Array:
         radius = np.full_like(largest, size)
         slopes = graph.jacobian(cells, radius)
         inverse = slopes.preconditioner()
-        step, doubt = _krawczyk(inverse, residual, slopes.defect(inverse), radius)
+        step, doubt = _krawczyk(
+            inverse,
+            residual,
+            slopes.defect(inverse),
+            radius,
+        )
         proved = (bound(np.abs(step) + doubt) < radius).all(axis=1) & boxes.holds
-        largest = np.where(proved[:, None], np.maximum(largest, radius), largest)
+        largest = np.where(
+            proved[:, None],
+            np.maximum(largest, radius),
+            largest,
+        )
         if proved.all():
             break
     return largest

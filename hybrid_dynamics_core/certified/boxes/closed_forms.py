@@ -71,7 +71,10 @@ class ClosedForms:
             motion = ClosedMotion(model.tree, plan, u, signs, guess)
             margins = [block.margin for block in motion.blocks]
             guards = motion.guards
-            _, place = frame_pose(TreeDynamics(model.tree, motion.configuration), frame)
+            _, place = frame_pose(
+                TreeDynamics(model.tree, motion.configuration),
+                frame,
+            )
         else:
             margins = _first_margins(model, u, signs, guess)
         self._margins = _Sloped(graph, margins, u)
@@ -89,7 +92,13 @@ class ClosedForms:
             is_open |= margin.upper < 0.0
         for guard in self._guards.at(inputs, count):
             closes &= guard.lower > 0.0
-        place_lower, place_upper = np.full((count, 3), np.nan), np.full((count, 3), np.nan)
+        place_lower, place_upper = (
+            np.full(
+                (count, 3),
+                np.nan,
+            ),
+            np.full((count, 3), np.nan),
+        )
         for axis, value in enumerate(self._place.at(inputs, count)):
             place_lower[:, axis] = value.lower
             place_upper[:, axis] = value.upper
@@ -99,12 +108,21 @@ class ClosedForms:
 class _Sloped:
     """Outputs that are enclosed twice: directly, and by the mean value theorem."""
 
-    def __init__(self, graph: Graph, outputs: Sequence[Scalar], u: Sequence[Scalar]) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        outputs: Sequence[Scalar],
+        u: Sequence[Scalar],
+    ) -> None:
         slopes = jacobian(outputs, u)
         self._values = GraphValues(graph, outputs)
         self._slopes = GraphValues(graph, list(chain.from_iterable(slopes)))
 
-    def at(self, lower: Array, upper: Array) -> list[Interval]:
+    def at(
+        self,
+        lower: Array,
+        upper: Array,
+    ) -> list[Interval]:
         """The outputs in cells (N, n)."""
         count = len(lower)
         middle = 0.5 * (lower + upper)
@@ -113,11 +131,21 @@ class _Sloped:
         slopes = iter(self._slopes.at(inputs, count))
         plain = self._values.at(inputs, count)
         results = []
-        for value, total in zip(plain, self._values.at(centre, count), strict=True):
+        for value, total in zip(
+            plain,
+            self._values.at(centre, count),
+            strict=True,
+        ):
             about = total
             for move in moves:
                 about = about + next(slopes) * move
-            closest = np.fmax(value.lower, about.lower), np.fmin(value.upper, about.upper)
+            closest = (
+                np.fmax(
+                    value.lower,
+                    about.lower,
+                ),
+                np.fmin(value.upper, about.upper),
+            )
             results.append(Interval(*closest))
         return results
 

@@ -23,7 +23,12 @@ CONFIGURATION, RATES, ACCELERATIONS = range(3)  # vectors of inputs
 class EnclosedBlock(BlockSolver):
     """A block whose solution is given."""
 
-    def __init__(self, block: BlockSolver, tree: Tree, values: Mapping[int, Scalar]) -> None:
+    def __init__(
+        self,
+        block: BlockSolver,
+        tree: Tree,
+        values: Mapping[int, Scalar],
+    ) -> None:
         """Take the equations of a block, and the values of its unknowns by coordinate."""
         self.equations = block.equations
         self.unknowns = block.unknowns
@@ -33,10 +38,19 @@ class EnclosedBlock(BlockSolver):
         self._tree = tree
         self._values = values
 
-    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,  # noqa: ARG002
+        guess: Scalars,  # noqa: ARG002
+    ) -> Scalar:
         """Set the unknowns."""
         for k in self.unknowns:
-            configuration.set_value(k, self._values[k], revolute=self._tree.is_revolute(k))
+            configuration.set_value(
+                k,
+                self._values[k],
+                revolute=self._tree.is_revolute(k),
+            )
         return 1.0
 
 
@@ -79,16 +93,27 @@ class EnclosedProgram:
         results = program.run(replace(model, plan=plan), arguments)
         self._values = GraphValues(graph, results.outputs[output])
 
-    def at(self, s: Interval, du: Array, ddu: Array) -> Interval:
+    def at(
+        self,
+        s: Interval,
+        du: Array,
+        ddu: Array,
+    ) -> Interval:
         """The output (N, k) for N boxes of all coordinates (N, n_s), and rates (n,)."""
         count = len(s.lower)
         inputs: dict[tuple[int, int], Interval] = {}
         for k, value in enumerate(columns(s.lower, s.upper)):
             inputs[CONFIGURATION, k] = value
-        for vector, values in ((RATES, du), (ACCELERATIONS, ddu)):
+        for vector, values in (
+            (RATES, du),
+            (ACCELERATIONS, ddu),
+        ):
             for k, rate in enumerate(values.tolist()):
                 inputs[vector, k] = Interval(rate)
         results = self._values.at(inputs, count)
         lower = [np.broadcast_to(result.lower, count) for result in results]
         upper = [np.broadcast_to(result.upper, count) for result in results]
-        return Interval(np.stack(lower, axis=1), np.stack(upper, axis=1))
+        return Interval(
+            np.stack(lower, axis=1),
+            np.stack(upper, axis=1),
+        )

@@ -36,12 +36,20 @@ class GraphValues:
         outputs: the wanted nodes, or constants.
     """
 
-    def __init__(self, graph: Graph, outputs: Sequence[Operand]) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        outputs: Sequence[Operand],
+    ) -> None:
         self._graph = graph
         self._outputs = list(outputs)
         self._live = graph.live(self._outputs)
 
-    def at(self, inputs: Mapping[tuple[int, int], Interval], count: int) -> list[Interval]:
+    def at(
+        self,
+        inputs: Mapping[tuple[int, int], Interval],
+        count: int,
+    ) -> list[Interval]:
         """The outputs.
 
         Args:
@@ -56,31 +64,52 @@ class GraphValues:
                 nodes[index] = inputs[int(a), int(b)]
             elif op == "block":
                 if a not in blocks:
-                    blocks[int(a)] = self._inverse(int(a), nodes, count)
+                    blocks[int(a)] = self._inverse(
+                        int(a),
+                        nodes,
+                        count,
+                    )
                 nodes[index] = blocks[int(a)][int(b)]
             elif op in _UNARY:
                 nodes[index] = _UNARY[op](_value(a, nodes))
             else:
-                nodes[index] = _BINARY[op](_value(a, nodes), _value(b, nodes))
+                nodes[index] = _BINARY[op](
+                    _value(a, nodes),
+                    _value(b, nodes),
+                )
         return [_output(x, nodes) for x in self._outputs]
 
-    def _inverse(self, number: int, nodes: dict[int, Interval], count: int) -> list[Interval]:
+    def _inverse(
+        self,
+        number: int,
+        nodes: dict[int, Interval],
+        count: int,
+    ) -> list[Interval]:
         """The inverse of a matrix row by row, then its determinant, which is not bounded."""
         block = self._graph.blocks[number]
         (operands,) = block.arguments
         entries = [_output(x, nodes) for x in operands]
         matrix = IntervalMatrix.of(entries, block.size, count)
-        anything = Interval(np.full(count, -np.inf), np.full(count, np.inf))
+        anything = Interval(
+            np.full(count, -np.inf),
+            np.full(count, np.inf),
+        )
         return [*matrix.inverse().entries(), anything]
 
 
-def _value(x: int | float, nodes: Mapping[int, Interval]) -> Interval:
+def _value(
+    x: int | float,
+    nodes: Mapping[int, Interval],
+) -> Interval:
     if isinstance(x, int):
         return nodes[x]
     return Interval(x)
 
 
-def _output(x: Operand, nodes: Mapping[int, Interval]) -> Interval:
+def _output(
+    x: Operand,
+    nodes: Mapping[int, Interval],
+) -> Interval:
     if isinstance(x, Symbol):
         return nodes[x.index]
     return Interval(x)

@@ -24,12 +24,20 @@ class IntervalMatrix(NamedTuple):
     radius: Array
 
     @classmethod
-    def of(cls, entries: Sequence[Interval], columns: int, count: int) -> IntervalMatrix:
+    def of(
+        cls,
+        entries: Sequence[Interval],
+        columns: int,
+        count: int,
+    ) -> IntervalMatrix:
         """A matrix from its entries, row by row, each a number or an array (count,)."""
         middles = [np.broadcast_to(entry.middle, count) for entry in entries]
         radii = [np.broadcast_to(entry.radius, count) for entry in entries]
         shape = (count, -1, columns)
-        return cls(np.stack(middles, axis=-1).reshape(shape), np.stack(radii, -1).reshape(shape))
+        return cls(
+            np.stack(middles, axis=-1).reshape(shape),
+            np.stack(radii, -1).reshape(shape),
+        )
 
     def preconditioner(self) -> Array:
         """Matrices (N, n, n) near the inverses of the middles; NaN where there is none."""
@@ -59,10 +67,17 @@ class IntervalMatrix(NamedTuple):
             contraction = bound(defect.sum(axis=2)).max(axis=1)
             first = bound(defect @ np.abs(near))
             share = contraction / (1.0 - contraction)
-            others = share[:, None, None] * first.max(axis=1, keepdims=True)
+            others = share[:, None, None] * first.max(
+                axis=1,
+                keepdims=True,
+            )
             radius = bound(first + others)
         regular = contraction < 0.5
-        radius = np.where(regular[:, None, None], radius, np.inf)
+        radius = np.where(
+            regular[:, None, None],
+            radius,
+            np.inf,
+        )
         return IntervalMatrix(np.nan_to_num(near), radius)
 
     def entries(self) -> list[Interval]:

@@ -62,7 +62,12 @@ class PlanarPlatform:
     legs: tuple[PlanarLeg, ...]
     on_leg: bool
 
-    def balls(self, tree: Tree, configuration: Configuration, given: Sequence[int]) -> PlanarLegs:
+    def balls(
+        self,
+        tree: Tree,
+        configuration: Configuration,
+        given: Sequence[int],
+    ) -> PlanarLegs:
         """The geometry of the legs with outward rounding, in the platform's place at zero.
 
         Args:
@@ -79,7 +84,11 @@ class PlanarPlatform:
             bar = sub(state.end, foot)
             feet.append(foot)
             squares.append(dot(bar, bar))
-        return PlanarLegs(in_plane(feet), in_plane(self.tips), on_axis(squares))
+        return PlanarLegs(
+            in_plane(feet),
+            in_plane(self.tips),
+            on_axis(squares),
+        )
 
     def placed(
         self, turn: complex, place: complex, configuration: Configuration, guess: Sequence[float]
@@ -112,11 +121,18 @@ class PlanarPlatform:
         state = planar_chain(self.carrier, (0.0, 0.0), configuration)
         columns = [_direction(self.carrier, state.places, joint) for joint in slides]
         directions = np.array(columns).T
-        gap = np.array([place.real, place.imag]) - np.array(state.end, dtype=float)
+        gap = np.array([place.real, place.imag]) - np.array(
+            state.end,
+            dtype=float,
+        )
         if abs(float(np.linalg.det(directions))) < CLEAR:
             return False
         strokes = np.linalg.solve(directions, gap)
-        for joint, stroke in zip(slides, strokes.tolist(), strict=True):
+        for joint, stroke in zip(
+            slides,
+            strokes.tolist(),
+            strict=True,
+        ):
             configuration.set_length(joint.coordinate, stroke)
         return True
 
@@ -144,11 +160,20 @@ def planar_platform(block: BlockSolver) -> PlanarPlatform | None:
     kinds = [joint.revolute for joint in moving]
     on_leg = kinds == TWO_PIVOTS and moving[-1] is carrier[-1] and len(legs) == LEGS - 1
     if on_leg:
-        legs.insert(0, PlanarLeg(carrier[:-1], moving[0], moving[1].place))
+        legs.insert(
+            0,
+            PlanarLeg(carrier[:-1], moving[0], moving[1].place),
+        )
         tips.insert(0, moving[1].place)
     elif kinds != SLIDES_AND_PIVOT or len(legs) != LEGS:
         return None
-    return PlanarPlatform(carrier, moving, tuple(tips), tuple(legs), on_leg)
+    return PlanarPlatform(
+        carrier,
+        moving,
+        tuple(tips),
+        tuple(legs),
+        on_leg,
+    )
 
 
 def _aim(
@@ -174,8 +199,14 @@ def _parts(
 ) -> tuple[PlanarLeg, Joints, Vector] | None:
     """The leg of a loop, its other chain and the tip; None if it is no leg."""
     g = pin.geometry
-    ends = ((g.chain_a, g.point_a), (g.chain_b, g.point_b))
-    for (joints, end), other in zip(ends, reversed(ends), strict=True):
+    ends = (
+        (g.chain_a, g.point_a),
+        (g.chain_b, g.point_b),
+    )
+    for (
+        joints,
+        end,
+    ), other in zip(ends, reversed(ends), strict=True):
         moving = [joint for joint in joints if joint.coordinate in unknown]
         if len(moving) == 1 and moving[0].revolute and moving[0].coordinate not in shared:
             carrier, tip = other
@@ -189,7 +220,10 @@ def _turn_of(joints: Joints, configuration: Configuration) -> complex:
     for joint in joints:
         if joint.revolute:
             k = joint.coordinate
-            total *= complex(configuration.c[k], joint.sign * configuration.s[k])
+            total *= complex(
+                configuration.c[k],
+                joint.sign * configuration.s[k],
+            )
     return total
 
 
@@ -199,10 +233,22 @@ def _turn_to(
     """Set a joint that turns its link by exp(i theta), given up to its size."""
     size = abs(turn)
     k = joint.coordinate
-    configuration.set_direction(k, turn.real / size, joint.sign * turn.imag / size, guess[k])
+    configuration.set_direction(
+        k,
+        turn.real / size,
+        joint.sign * turn.imag / size,
+        guess[k],
+    )
 
 
-def _direction(joints: Joints, places: Sequence[Vector], joint: PlanarJoint) -> Array:
+def _direction(
+    joints: Joints,
+    places: Sequence[Vector],
+    joint: PlanarJoint,
+) -> Array:
     """Direction (2,) in which a slide moves the chain."""
-    direction = np.array(places[joints.index(joint)], dtype=float)
+    direction = np.array(
+        places[joints.index(joint)],
+        dtype=float,
+    )
     return joint.sign * direction

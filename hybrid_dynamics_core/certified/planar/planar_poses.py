@@ -64,8 +64,14 @@ def planar_poses(legs: PlanarLegs) -> PlanarPoses:
     """All poses of platforms on three legs."""
     eliminated = _eliminated(legs)
     coefficients = eliminated.condition.coefficients
-    middle = np.stack([c.middle for c in coefficients], axis=1)
-    radius = np.stack([c.radius for c in coefficients], axis=1)
+    middle = np.stack(
+        [c.middle for c in coefficients],
+        axis=1,
+    )
+    radius = np.stack(
+        [c.radius for c in coefficients],
+        axis=1,
+    )
     roots = discs(Ball(middle, radius))
     on, off = on_unit_circle(roots)
     turns = roots.centres
@@ -76,7 +82,11 @@ def planar_poses(legs: PlanarLegs) -> PlanarPoses:
     regular = determinant.least > 0.0
     real = on & regular
     complete = roots.separate & (real | off).all(axis=1)
-    unit = np.where(real, turns / np.abs(turns), turns)
+    unit = np.where(
+        real,
+        turns / np.abs(turns),
+        turns,
+    )
     places = shifted.middle - legs.tips.middle[:, :1] * unit + legs.feet.middle[:, :1]
     return PlanarPoses(unit, places, real, complete)
 
@@ -86,14 +96,24 @@ def _eliminated(legs: PlanarLegs) -> _Elimination:
     first_square = _part(legs.squares, 0)
     u, v, w = [], [], []
     for leg in (1, 2):
-        alpha = _part(legs.feet, leg).minus(_part(legs.feet, 0))
-        beta = _part(legs.tips, leg).minus(_part(legs.tips, 0))
+        alpha = _part(
+            legs.feet,
+            leg,
+        ).minus(_part(legs.feet, 0))
+        beta = _part(
+            legs.tips,
+            leg,
+        ).minus(_part(legs.tips, 0))
         alpha_bar, beta_bar = alpha.conjugate(), beta.conjugate()
         constant = _part(legs.squares, leg).minus(first_square)
         constant = constant.minus(alpha.times(alpha_bar)).minus(beta.times(beta_bar))
         u.append(Polynomial(-1, (beta_bar, _negative(alpha_bar))))
         v.append(Polynomial(0, (_negative(alpha), beta)))
-        middle = (alpha.times(beta_bar), constant, alpha_bar.times(beta))
+        middle = (
+            alpha.times(beta_bar),
+            constant,
+            alpha_bar.times(beta),
+        )
         w.append(Polynomial(-1, middle))
     determinant = u[0].times(v[1]).minus(u[1].times(v[0]))
     along = w[0].times(v[1]).minus(w[1].times(v[0]))
@@ -104,7 +124,10 @@ def _eliminated(legs: PlanarLegs) -> _Elimination:
 
 
 def _part(values: Ball, leg: int) -> Ball:
-    return Ball(values.middle[:, leg], values.radius[:, leg])
+    return Ball(
+        values.middle[:, leg],
+        values.radius[:, leg],
+    )
 
 
 def _negative(values: Ball) -> Ball:

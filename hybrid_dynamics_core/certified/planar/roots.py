@@ -51,7 +51,11 @@ def discs(coefficients: Ball) -> Discs:
         sizes = _largest_values(coefficients, centres)
         degree = centres.shape[1]
         radii = bound(degree * sizes / (least * np.abs(products) * (1.0 - SHARE)))
-    radii = np.where((least > 0.0) & np.isfinite(radii), radii, np.inf)
+    radii = np.where(
+        (least > 0.0) & np.isfinite(radii),
+        radii,
+        np.inf,
+    )
     both = radii[:, :, None] + radii[:, None, :]
     apart = np.abs(centres[:, :, None] - centres[:, None, :])
     _set_diagonal(apart, np.inf)
@@ -98,7 +102,11 @@ def _approximations(monic: Complex) -> Complex:
         products = _gaps(roots).prod(axis=2)
         with np.errstate(divide="ignore", invalid="ignore"):
             steps = values / products
-        roots = roots - np.where(np.isfinite(steps), steps, 0.0)
+        roots = roots - np.where(
+            np.isfinite(steps),
+            steps,
+            0.0,
+        )
     return roots
 
 
@@ -109,7 +117,10 @@ def _gaps(roots: Complex) -> Complex:
     return gaps
 
 
-def _set_diagonal(matrices: NDArray[np.inexact], value: float) -> None:
+def _set_diagonal(
+    matrices: NDArray[np.inexact],
+    value: float,
+) -> None:
     """Set the diagonals of matrices (N, n, n)."""
     places = np.arange(matrices.shape[1])
     matrices[:, places, places] = value

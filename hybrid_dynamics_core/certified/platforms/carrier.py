@@ -80,7 +80,12 @@ class Carrier:
                 nearest, least = trial, max(moves)
         return nearest, min(margin, reach)
 
-    def _reach(self, configuration: Configuration, centre: Array, guess: Sequence[float]) -> float:
+    def _reach(
+        self,
+        configuration: Configuration,
+        centre: Array,
+        guess: Sequence[float],
+    ) -> float:
         """Bring the ball to a place (3,) [m], and return a margin."""
         goal = Chain((), floats(centre))
         if self.slides:
@@ -100,15 +105,25 @@ class Carrier:
         """
         state = self.ball.before.at(configuration.with_zeros(self.slides))
         axes = {joint.body.coordinate: joint.axis for joint in state.joints}
-        directions = np.array([axes[k] for k in self.slides], dtype=float).T
+        directions = np.array(
+            [axes[k] for k in self.slides],
+            dtype=float,
+        ).T
         gap = centre - np.array(state.end, dtype=float)
         strokes = np.linalg.pinv(directions) @ gap
-        for k, stroke in zip(self.slides, strokes.tolist(), strict=True):
+        for k, stroke in zip(
+            self.slides,
+            strokes.tolist(),
+            strict=True,
+        ):
             configuration.set_length(k, stroke)
         return abs(float(np.linalg.det(directions)))
 
 
-def carrier_of(chain: Chain, unknown: frozenset[int]) -> Carrier | None:
+def carrier_of(
+    chain: Chain,
+    unknown: frozenset[int],
+) -> Carrier | None:
     """A chain as a carrier; None if it is none."""
     ball = find_ball(chain, unknown)
     if ball is None:
@@ -121,7 +136,11 @@ def carrier_of(chain: Chain, unknown: frozenset[int]) -> Carrier | None:
     pivot = find_pivot(before, moving)
     if pivot is not None and len(moving) == 2:
         return Carrier(chain, ball, pivot=pivot)
-    hinge = hinge_leg(before, Chain(chain.bodies, ball.centre), unknown)
+    hinge = hinge_leg(
+        before,
+        Chain(chain.bodies, ball.centre),
+        unknown,
+    )
     if hinge is not None:
         return Carrier(chain, ball, hinge=hinge)
     return None

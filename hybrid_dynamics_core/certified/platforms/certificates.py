@@ -58,17 +58,26 @@ def certify(system: System, points: Complex) -> Balls:
     points, real = _made_real(points)
     matrices = np.einsum("ijk,nk->nij", system.matrices, points)
     across = points.conj()
-    jacobians = np.concatenate([2.0 * matrices, across[:, None]], axis=1)
+    jacobians = np.concatenate(
+        [2.0 * matrices, across[:, None]],
+        axis=1,
+    )
     inverses = np.linalg.pinv(jacobians)
     sizes = np.abs(points)
     strengths = np.abs(system.matrices) + system.radii[:, None, None]
     products = np.einsum("ijk,nk->nij", strengths, sizes)
     unknown = sizes.sum(axis=1)[:, None, None] * system.radii[:, None]
     products = SHARE * products + unknown
-    doubtful = np.concatenate([2.0 * products, SHARE * sizes[:, None]], axis=1)
+    doubtful = np.concatenate(
+        [2.0 * products, SHARE * sizes[:, None]],
+        axis=1,
+    )
     beta = _residual(system, points, inverses, products)
     kappa = _defect(inverses, jacobians, doubtful)
-    sums = np.append(strengths.sum(axis=(1, 2)), 0.0)
+    sums = np.append(
+        strengths.sum(axis=(1, 2)),
+        0.0,
+    )
     gamma = _largest(np.abs(inverses) @ sums)
     radii = 2.0 * beta + 1e-15
     reached = bound(beta + kappa * radii + gamma * radii**2)
@@ -114,20 +123,38 @@ def _made_real(points: Complex) -> tuple[Complex, Flags]:
     phase = np.take_along_axis(points, largest, axis=1)
     turned = points * (phase.conj() / np.abs(phase))
     real = np.abs(turned.imag).max(axis=1) < 1e-9
-    sizes = np.linalg.norm(turned.real, axis=1)[:, None]
-    result = np.where(real[:, None], turned.real / sizes, turned)
+    sizes = np.linalg.norm(
+        turned.real,
+        axis=1,
+    )[:, None]
+    result = np.where(
+        real[:, None],
+        turned.real / sizes,
+        turned,
+    )
     return result, real
 
 
-def _residual(system: System, points: Complex, inverses: Complex, doubtful: Array) -> Array:
+def _residual(
+    system: System,
+    points: Complex,
+    inverses: Complex,
+    doubtful: Array,
+) -> Array:
     """Bounds (n,) of C F(y)."""
     sizes = np.abs(points)
     products = np.einsum("ijk,nk->nij", system.matrices, points)
     values = (products @ points[:, :, None])[..., 0]
     beside = (points.conj() * points).sum(axis=1) - 1.0
-    vectors = np.concatenate([values, beside[:, None]], axis=1)
+    vectors = np.concatenate(
+        [values, beside[:, None]],
+        axis=1,
+    )
     errors = (doubtful @ sizes[:, :, None])[..., 0]
-    errors = np.concatenate([errors, np.full((len(points), 1), 4.0 * SHARE)], axis=1)
+    errors = np.concatenate(
+        [errors, np.full((len(points), 1), 4.0 * SHARE)],
+        axis=1,
+    )
     total = errors + SHARE * np.abs(vectors)
     strengths = np.abs(inverses)
     steps = np.abs((inverses @ vectors[..., None])[..., 0])
@@ -153,7 +180,10 @@ def _apart(one: Complex, other: Complex) -> Array:
     """Largest minor of pairs of points (n, 8): zero if they are the same in projective space."""
     products = one[:, :, None] * other[:, None, :]
     minors = np.abs(products - np.swapaxes(products, 1, 2))
-    largest: Array = minors.max(axis=(1, 2), initial=0.0)
+    largest: Array = minors.max(
+        axis=(1, 2),
+        initial=0.0,
+    )
     return largest
 
 

@@ -46,11 +46,20 @@ class HingeLeg:
         one = add(joint.origin, scale(first, joint.axis))
         return one, add(joint.origin, scale(second, joint.axis))
 
-    def aim(self, configuration: Configuration, guess: Sequence[float]) -> None:
+    def aim(
+        self,
+        configuration: Configuration,
+        guess: Sequence[float],
+    ) -> None:
         """Turn the hinge of a configuration so that the leg ends at its tip."""
         self.aim_at(self.carrier, configuration, guess)
 
-    def aim_at(self, target: Chain, configuration: Configuration, guess: Sequence[float]) -> None:
+    def aim_at(
+        self,
+        target: Chain,
+        configuration: Configuration,
+        guess: Sequence[float],
+    ) -> None:
         """Turn the hinge of a configuration so that the leg points to the end of a chain."""
         goal = target.at(configuration).end
         joint = self._joint(configuration)
@@ -61,7 +70,12 @@ class HingeLeg:
         cosine: Scalar = dot(across, cross(joint.axis, wanted))
         size = (sine * sine + cosine * cosine) ** 0.5
         k = self.hinge.coordinate
-        configuration.set_direction(k, cosine / size, sine / size, guess[k])
+        configuration.set_direction(
+            k,
+            cosine / size,
+            sine / size,
+            guess[k],
+        )
 
     def _joint(self, configuration: Configuration) -> ChainJoint:
         here = configuration.with_zeros([self.hinge.coordinate])
@@ -70,7 +84,10 @@ class HingeLeg:
         return joint
 
 
-def hinge_legs(loops: Sequence[LoopEquations], unknown: frozenset[int]) -> tuple[HingeLeg, ...]:
+def hinge_legs(
+    loops: Sequence[LoopEquations],
+    unknown: frozenset[int],
+) -> tuple[HingeLeg, ...]:
     """The legs on hinges among loops."""
     legs = []
     for loop in loops:
@@ -79,16 +96,26 @@ def hinge_legs(loops: Sequence[LoopEquations], unknown: frozenset[int]) -> tuple
     return tuple(legs)
 
 
-def _legs_of(loop: SpatialClosure, unknown: frozenset[int]) -> list[HingeLeg]:
+def _legs_of(
+    loop: SpatialClosure,
+    unknown: frozenset[int],
+) -> list[HingeLeg]:
     """The leg of a loop, or none."""
-    for chain, carrier in ((loop.a, loop.b), (loop.b, loop.a)):
+    for chain, carrier in (
+        (loop.a, loop.b),
+        (loop.b, loop.a),
+    ):
         leg = hinge_leg(chain, carrier, unknown)
         if leg is not None:
             return [leg]
     return []
 
 
-def hinge_leg(chain: Chain, carrier: Chain, unknown: frozenset[int]) -> HingeLeg | None:
+def hinge_leg(
+    chain: Chain,
+    carrier: Chain,
+    unknown: frozenset[int],
+) -> HingeLeg | None:
     """A chain as a leg on a hinge to the end of another chain; None if it is none."""
     moving = [body for body in chain.bodies if body.coordinate in unknown]
     if len(moving) != 1 or not moving[0].is_revolute or moving[0].chart is not None:

@@ -81,7 +81,13 @@ def leg_platform(block: BlockSolver) -> LegPlatform | None:
     carrier = carrier_of(Chain(chains[0], ZERO3), unknown)
     if carrier is None:
         return None
-    all_legs, all_hinges = (*carrier.legs, *legs), (*carrier.hinges, *hinges)
+    all_legs, all_hinges = (
+        (
+            *carrier.legs,
+            *legs,
+        ),
+        (*carrier.hinges, *hinges),
+    )
     if len(all_legs) + 2 * len(all_hinges) != LEGS:
         return None
     return LegPlatform(carrier, all_legs, all_hinges)

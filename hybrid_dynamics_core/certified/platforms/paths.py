@@ -52,14 +52,22 @@ class PathTracker:
         closeness: tolerance of Newton's method in a step.
     """
 
-    def __init__(self, start: Legs, target: Legs, closeness: float = CLOSE) -> None:
+    def __init__(
+        self,
+        start: Legs,
+        target: Legs,
+        closeness: float = CLOSE,
+    ) -> None:
         self._closeness = closeness
         first, last = quadrics(start), quadrics(target)
         middle = quadrics(start.towards(target, 0.5))
         second = 2.0 * (first + last) - 4.0 * middle
         linear = last - first - second
         powers = np.stack([first, linear, second])
-        self._matrix = powers.reshape(-1, SIZE).T.astype(complex)
+        self._matrix = powers.reshape(
+            -1,
+            SIZE,
+        ).T.astype(complex)
 
     def ends(self, starts: Complex) -> Ends:
         """Follow the paths from points (n, 8) to the end of the way."""
@@ -71,17 +79,30 @@ class PathTracker:
             self._advance(paths, active)
         return Ends(paths.points, paths.places >= 1.0)
 
-    def _advance(self, paths: _Paths, active: NDArray[np.intp]) -> None:
+    def _advance(
+        self,
+        paths: _Paths,
+        active: NDArray[np.intp],
+    ) -> None:
         points, places = paths.points[active], paths.places[active]
         steps = np.minimum(paths.steps[active], 1.0 - places)
         across = points.conj()
         ahead = places + steps
         predicted = self._predicted(points, places, steps)
         succeeded, corrected = self._corrected(predicted, ahead, across)
-        paths.accept(active[succeeded], corrected[succeeded], ahead[succeeded])
+        paths.accept(
+            active[succeeded],
+            corrected[succeeded],
+            ahead[succeeded],
+        )
         paths.shorten(active[~succeeded], steps[~succeeded])
 
-    def _predicted(self, points: Complex, places: Array, steps: Array) -> Complex:
+    def _predicted(
+        self,
+        points: Complex,
+        places: Array,
+        steps: Array,
+    ) -> Complex:
         """Runge and Kutta's rule of fourth order."""
         across = points.conj()
         step = steps[:, None]
@@ -112,13 +133,28 @@ class PathTracker:
         succeeded &= sizes < self._closeness
         return succeeded, points
 
-    def _slopes(self, points: Complex, places: Array, across: Complex) -> Complex:
+    def _slopes(
+        self,
+        points: Complex,
+        places: Array,
+        across: Complex,
+    ) -> Complex:
         values = self._values(points, places)
-        return _solved(values.jacobians, across, -values.rates, np.zeros(len(points)))
+        return _solved(
+            values.jacobians,
+            across,
+            -values.rates,
+            np.zeros(len(points)),
+        )
 
     def _values(self, points: Complex, places: Array) -> _Values:
         count = len(points)
-        powers = (points @ self._matrix).reshape(count, 3, QUADRICS, SIZE)
+        powers = (points @ self._matrix).reshape(
+            count,
+            3,
+            QUADRICS,
+            SIZE,
+        )
         constant, linear, second = np.moveaxis(powers, 1, 0)
         place = places[:, None, None]
         products = constant + place * (linear + place * second)
@@ -143,34 +179,61 @@ class _Paths:
         """Paths that go on."""
         return np.flatnonzero((self.places < 1.0) & (self.steps > SHORTEST))
 
-    def accept(self, paths: NDArray[np.intp], points: Complex, places: Array) -> None:
+    def accept(
+        self,
+        paths: NDArray[np.intp],
+        points: Complex,
+        places: Array,
+    ) -> None:
         """Move paths forward."""
         self.points[paths] = _unit(points)
-        self.places[paths] = np.where(places > 1.0 - 1e-14, 1.0, places)
+        self.places[paths] = np.where(
+            places > 1.0 - 1e-14,
+            1.0,
+            places,
+        )
         self._successes[paths] += 1
         longer = paths[self._successes[paths] >= PATIENCE]
         self.steps[longer] *= 2.0
         self._successes[longer] = 0
 
-    def shorten(self, paths: NDArray[np.intp], steps: Array) -> None:
+    def shorten(
+        self,
+        paths: NDArray[np.intp],
+        steps: Array,
+    ) -> None:
         """Halve the steps of paths."""
         self.steps[paths] = 0.5 * steps
         self._successes[paths] = 0
 
 
-def polished(matrices: NDArray[np.inexact], points: Complex) -> Complex:
+def polished(
+    matrices: NDArray[np.inexact],
+    points: Complex,
+) -> Complex:
     """Newton's method at fixed quadrics (7, 8, 8), from points (n, 8) to unit vectors."""
     for _ in range(4):
         across = points.conj()
         products = np.einsum("ijk,nk->nij", matrices, points)
         residuals = (products @ points[:, :, None])[..., 0]
-        steps = _solved(2.0 * products, across, -residuals, np.zeros(len(points)))
+        steps = _solved(
+            2.0 * products,
+            across,
+            -residuals,
+            np.zeros(len(points)),
+        )
         points = _unit(points + steps)
     return points
 
 
 def _unit(points: Complex) -> Complex:
-    unit: Complex = points / np.linalg.norm(points, axis=1)[:, None]
+    unit: Complex = (
+        points
+        / np.linalg.norm(
+            points,
+            axis=1,
+        )[:, None]
+    )
     return unit
 
 
@@ -178,10 +241,19 @@ def _solved(
     jacobians: Complex, across: Complex, values: Complex, beside: NDArray[np.inexact]
 ) -> Complex:
     """Steps (n, 8) that change the quadrics by `values` and the component along a point."""
-    matrices = np.concatenate([jacobians, across[:, None, :]], axis=1)
-    vectors = np.concatenate([values, beside[:, None]], axis=1)[..., None]
+    matrices = np.concatenate(
+        [jacobians, across[:, None, :]],
+        axis=1,
+    )
+    vectors = np.concatenate(
+        [values, beside[:, None]],
+        axis=1,
+    )[..., None]
     try:
-        solved: Complex = np.linalg.solve(matrices, vectors)[..., 0]
+        solved: Complex = np.linalg.solve(
+            matrices,
+            vectors,
+        )[..., 0]
     except np.linalg.LinAlgError:  # exactly singular, as at a target with a special geometry
         solved = (np.linalg.pinv(matrices) @ vectors)[..., 0]
     return solved

@@ -82,8 +82,15 @@ def pairs(points: Interval) -> tuple[int, ...] | None:
     """An order (6,) in which equal points follow each other in pairs; None if there is none."""
     if np.any(points.lower != points.upper):
         return None
-    _, groups = np.unique(points.lower, axis=0, return_inverse=True)
-    if not np.array_equal(np.bincount(groups.ravel()), [2, 2, 2]):
+    _, groups = np.unique(
+        points.lower,
+        axis=0,
+        return_inverse=True,
+    )
+    if not np.array_equal(
+        np.bincount(groups.ravel()),
+        [2, 2, 2],
+    ):
         return None
     return tuple(np.argsort(groups.ravel(), kind="stable").tolist())
 
@@ -95,7 +102,10 @@ def _inverted(poses: PlatformPoses) -> PlatformPoses:
     return poses._replace(rotations=turned, origins=origins)
 
 
-def _ordered(legs: LegIntervals, order: tuple[int, ...] | None) -> LegIntervals:
+def _ordered(
+    legs: LegIntervals,
+    order: tuple[int, ...] | None,
+) -> LegIntervals:
     if order is None:
         return legs
     rows = list(order)
@@ -156,7 +166,10 @@ def _result(problem: _Problem, balls: Balls, most: int) -> PlatformPoses:
     return PlatformPoses(rotations, origins, complete, reason)
 
 
-def _poses(problem: _Problem, points: Array) -> tuple[Array, Array]:
+def _poses(
+    problem: _Problem,
+    points: Array,
+) -> tuple[Array, Array]:
     """Rotations and origins of real points (k, 8), in metres."""
     rotations = np.zeros((len(points), 3, 3))
     origins = np.zeros((len(points), 3))
@@ -174,19 +187,32 @@ def _scaled(legs: LegIntervals) -> _Problem:
     feet = legs.feet - Interval(foot)
     tips = legs.tips - Interval(tip)
     squares = legs.squares
-    largest = max(feet.magnitude.max(), tips.magnitude.max(), np.sqrt(squares.magnitude.max()))
+    largest = max(
+        feet.magnitude.max(),
+        tips.magnitude.max(),
+        np.sqrt(squares.magnitude.max()),
+    )
     scale = float(2.0 ** np.ceil(np.log2(largest)))  # a power of two changes no digits
     inverse = 1.0 / scale
     feet, tips, squares = feet * inverse, tips * inverse, squares * inverse**2
     middle = Legs(feet.middle, tips.middle, squares.middle)
     radii = np.zeros(QUADRICS)
     radii[:6] = _radii(feet, tips, squares)
-    return _Problem(middle, System(quadrics(middle).real, radii), foot, tip, scale)
+    return _Problem(
+        middle,
+        System(quadrics(middle).real, radii),
+        foot,
+        tip,
+        scale,
+    )
 
 
 def _radii(feet: Interval, tips: Interval, squares: Interval) -> Array:
     """Bounds (6,) of the errors of all entries of the quadrics of legs."""
-    sizes = np.linalg.norm(feet.magnitude, axis=1) + np.linalg.norm(tips.magnitude, axis=1)
+    sizes = np.linalg.norm(
+        feet.magnitude,
+        axis=1,
+    ) + np.linalg.norm(tips.magnitude, axis=1)
     doubt = feet.radius.sum(axis=1) + tips.radius.sum(axis=1)
     entries = sizes**2 + squares.magnitude + sizes
     changes = 4.0 * (sizes + doubt + 1.0) * doubt + squares.radius

@@ -53,7 +53,11 @@ def start_system(number: int, in_pairs: bool = False) -> StartSystem:
     if number:
         first = start_system(0, in_pairs)
         legs = _random_legs(random, in_pairs)
-        ends = PathTracker(first.legs, legs, closeness=1e-7).ends(first.points)
+        ends = PathTracker(
+            first.legs,
+            legs,
+            closeness=1e-7,
+        ).ends(first.points)
         return StartSystem(legs, ends.points[ends.arrived])
     legs, point = _legs_through_a_pose(random, in_pairs)
     points = point[None]
@@ -86,7 +90,12 @@ def _with_others(points: Complex, others: Complex) -> Complex:
     return np.array(result)
 
 
-def _around(legs: Legs, points: Complex, random: np.random.Generator, in_pairs: bool) -> Complex:
+def _around(
+    legs: Legs,
+    points: Complex,
+    random: np.random.Generator,
+    in_pairs: bool,
+) -> Complex:
     """The points after a closed way through two random geometries."""
     first, second = _random_legs(random, in_pairs), _random_legs(random, in_pairs)
     corners = [legs, first, second, legs]
@@ -96,25 +105,44 @@ def _around(legs: Legs, points: Complex, random: np.random.Generator, in_pairs: 
     return points
 
 
-def _legs_through_a_pose(random: np.random.Generator, in_pairs: bool) -> tuple[Legs, Complex]:
+def _legs_through_a_pose(
+    random: np.random.Generator,
+    in_pairs: bool,
+) -> tuple[Legs, Complex]:
     """Random legs, and a pose (8,) at which they close."""
     e, g = _numbers(random, 4), _numbers(random, 4)
     g = g - e * (g @ e) / (e @ e)
     point = np.concatenate([e, g])
-    legs = _random_legs(random, in_pairs)._replace(squares=np.zeros(6, dtype=complex))
+    legs = _random_legs(
+        random,
+        in_pairs,
+    )._replace(squares=np.zeros(6, dtype=complex))
     values = np.einsum("i,kij,j->k", point, quadrics(legs), point)
     fitting = legs._replace(squares=values[:6] / (e @ e))
     return fitting, point / np.linalg.norm(point)
 
 
 def _random_legs(random: np.random.Generator, in_pairs: bool) -> Legs:
-    feet, tips = _numbers(random, 6, 3), _numbers(random, 6, 3)
+    feet, tips = (
+        _numbers(
+            random,
+            6,
+            3,
+        ),
+        _numbers(random, 6, 3),
+    )
     if in_pairs:
         tips = np.repeat(tips[:3], 2, axis=0)
     return Legs(feet, tips, 2.0 * _numbers(random, 6))
 
 
-def _numbers(random: np.random.Generator, *shape: int) -> Complex:
+def _numbers(
+    random: np.random.Generator,
+    *shape: int,
+) -> Complex:
     real = random.normal(size=shape)
     imaginary = random.normal(size=shape)
-    return np.asarray(_SIZE * (real + 1j * imaginary), dtype=complex)
+    return np.asarray(
+        _SIZE * (real + 1j * imaginary),
+        dtype=complex,
+    )

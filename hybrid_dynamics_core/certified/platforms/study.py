@@ -51,15 +51,31 @@ def _product_rows(v: NDArray[np.inexact]) -> tuple[NDArray[np.inexact], ...]:
 def _before(v: NDArray[np.inexact]) -> NDArray[np.inexact]:
     """Matrices (..., 4, 4) of q -> v q for vectors v (..., 3)."""
     x, y, z, o = _product_rows(v)
-    rows = [[o, -x, -y, -z], [x, o, -z, y], [y, z, o, -x], [z, -y, x, o]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    rows = [
+        [o, -x, -y, -z],
+        [x, o, -z, y],
+        [y, z, o, -x],
+        [z, -y, x, o],
+    ]
+    return np.stack(
+        [np.stack(row, axis=-1) for row in rows],
+        axis=-2,
+    )
 
 
 def _after(v: NDArray[np.inexact]) -> NDArray[np.inexact]:
     """Matrices (..., 4, 4) of q -> q v for vectors v (..., 3)."""
     x, y, z, o = _product_rows(v)
-    rows = [[o, -x, -y, -z], [x, o, z, -y], [y, -z, o, x], [z, y, -x, o]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    rows = [
+        [o, -x, -y, -z],
+        [x, o, z, -y],
+        [y, -z, o, x],
+        [z, y, -x, o],
+    ]
+    return np.stack(
+        [np.stack(row, axis=-1) for row in rows],
+        axis=-2,
+    )
 
 
 def quadrics(legs: Legs) -> NDArray[np.inexact]:
@@ -75,7 +91,11 @@ def quadrics(legs: Legs) -> NDArray[np.inexact]:
     result[:6, :4, :4] = 0.5 * (turning + np.swapaxes(turning, -1, -2))
     result[:6, 4:, 4:] = 4.0 * np.eye(4)
     result[:6, 4:, :4] = moving
-    result[:6, :4, 4:] = np.swapaxes(moving, -1, -2)
+    result[:6, :4, 4:] = np.swapaxes(
+        moving,
+        -1,
+        -2,
+    )
     result[6, :4, 4:] = np.eye(4)
     result[6, 4:, :4] = np.eye(4)
     return result
@@ -89,5 +109,12 @@ def pose(x: Array) -> tuple[Array, Array]:
     skew = _before(vector)[1:, 1:]
     outer = np.outer(vector, vector)
     turn = (w * w - vector @ vector) * np.eye(3) + 2.0 * outer + 2.0 * w * skew
-    moved = -g[0] * vector + w * g[1:] - np.cross(g[1:], vector)
+    moved = (
+        -g[0] * vector
+        + w * g[1:]
+        - np.cross(
+            g[1:],
+            vector,
+        )
+    )
     return turn / size, 2.0 * moved / size

@@ -35,7 +35,11 @@ _WORDS: Final = {
 }
 
 
-def cells_figure(robot: Robot, cells: CertifiedCells, title: str | None) -> Figure:
+def cells_figure(
+    robot: Robot,
+    cells: CertifiedCells,
+    title: str | None,
+) -> Figure:
     """The cells of two coordinates.
 
     Raises:
@@ -50,18 +54,31 @@ def cells_figure(robot: Robot, cells: CertifiedCells, title: str | None) -> Figu
         axes = axes_at(figure, _BOX)
         for kind, colour in _COLOURS.items():
             rows = cells.kind == kind
-            _paint(axes, cells.lower[rows][:, free], cells.upper[rows][:, free], colour)
+            _paint(
+                axes,
+                cells.lower[rows][:, free],
+                cells.upper[rows][:, free],
+                colour,
+            )
         names = [robot.active[k] for k in free]
         units = [coordinate_unit(robot.joint_types[name]) for name in names]
         axes.set(xlabel=f"{names[0]} [{units[0]}]", ylabel=f"{names[1]} [{units[1]}]")
         handles = [Patch(facecolor=_COLOURS[kind], label=_WORDS[kind]) for kind in CellKind]
-        figure.legend(handles=handles, loc="lower left", ncols=3, frameon=False)
+        figure.legend(
+            handles=handles,
+            loc="lower left",
+            ncols=3,
+            frameon=False,
+        )
     return figure
 
 
 def _free(robot: Robot, cells: CertifiedCells) -> list[int]:
     """The two coordinates that are not constant."""
-    widths = (cells.upper - cells.lower).max(axis=0, initial=0.0)
+    widths = (cells.upper - cells.lower).max(
+        axis=0,
+        initial=0.0,
+    )
     free = np.flatnonzero(widths > 0.0).tolist()
     if len(widths) != len(robot.active) or len(free) != 2:
         count = counted(len(free), "coordinate")
@@ -69,12 +86,30 @@ def _free(robot: Robot, cells: CertifiedCells) -> list[int]:
     return free
 
 
-def _paint(axes: Axes, lower: Array, upper: Array, colour: str) -> None:
+def _paint(
+    axes: Axes,
+    lower: Array,
+    upper: Array,
+    colour: str,
+) -> None:
     """Rectangles (N, 2)."""
     left, bottom = lower.T
     right, top = upper.T
-    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
-    shapes = np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
-    cells = PolyCollection(list(shapes), facecolors=colour, edgecolors=INK, linewidths=0.1)
+    corners = [
+        (left, bottom),
+        (right, bottom),
+        (right, top),
+        (left, top),
+    ]
+    shapes = np.stack(
+        [np.stack(corner, axis=1) for corner in corners],
+        axis=1,
+    )
+    cells = PolyCollection(
+        list(shapes),
+        facecolors=colour,
+        edgecolors=INK,
+        linewidths=0.1,
+    )
     axes.add_collection(cells)
     axes.autoscale_view()

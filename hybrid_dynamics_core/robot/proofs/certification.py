@@ -82,16 +82,39 @@ class Certification:
         lower, upper = state.u.copy(), state.u.copy()
         if width:
             lower, upper = down(state.u - width), up(state.u + width)
-        cells = Cells(lower[None], upper[None], state.s[graph.unknown][None])
+        cells = Cells(
+            lower[None],
+            upper[None],
+            state.s[graph.unknown][None],
+        )
         boxes = closed_boxes(graph, cells)
         if not boxes.holds[0]:
             return self._nothing("the test of Krawczyk fails: singular, open or too wide a box")
-        s_lower, s_upper = self._all(lower, boxes.lower[0]), self._all(upper, boxes.upper[0])
-        alone = self._all(np.zeros_like(lower), alone_within(graph, cells, boxes)[0])
+        s_lower, s_upper = (
+            self._all(
+                lower,
+                boxes.lower[0],
+            ),
+            self._all(upper, boxes.upper[0]),
+        )
+        alone = self._all(
+            np.zeros_like(lower),
+            alone_within(graph, cells, boxes)[0],
+        )
         rows = Interval(s_lower[None], s_upper[None])
-        tau = self._program(state).at(rows, state.du, accelerations)
+        tau = self._program(state).at(
+            rows,
+            state.du,
+            accelerations,
+        )
         reason = "Krawczyk's operator maps a box about the state into itself"
-        bounds = (s_lower, s_upper, alone, tau.lower[0], tau.upper[0])
+        bounds = (
+            s_lower,
+            s_upper,
+            alone,
+            tau.lower[0],
+            tau.upper[0],
+        )
         return Certificate(True, reason, *map(frozen, bounds))
 
     def certify_cells(
@@ -137,18 +160,33 @@ class Certification:
 
         model = self._model.program_model
         forms = ClosedForms(model, signs, reference.s.tolist(), place)
-        cells, kinds, boxes, verdicts = Subdivision(graph, forms, near).decided(lower, upper, steps)
+        cells, kinds, boxes, verdicts = Subdivision(
+            graph,
+            forms,
+            near,
+        ).decided(lower, upper, steps)
         program = programs.forward_kinematics(place)
         position = EnclosedProgram(model, program, signs, {}, "position")
-        s = Interval(self._all(cells.lower, boxes.lower), self._all(cells.upper, boxes.upper))
+        s = Interval(
+            self._all(cells.lower, boxes.lower),
+            self._all(cells.upper, boxes.upper),
+        )
         still = np.zeros(len(lower))
         with np.errstate(all="ignore"):
             places = position.at(s, still, still)
         by_form, by_test = verdicts.closes[:, None], boxes.holds[:, None]
         lowest = np.where(by_test, places.lower, -np.inf)
         highest = np.where(by_test, places.upper, np.inf)
-        lowest = np.where(by_form, np.fmax(lowest, verdicts.place_lower), lowest)
-        highest = np.where(by_form, np.fmin(highest, verdicts.place_upper), highest)
+        lowest = np.where(
+            by_form,
+            np.fmax(lowest, verdicts.place_lower),
+            lowest,
+        )
+        highest = np.where(
+            by_form,
+            np.fmin(highest, verdicts.place_upper),
+            highest,
+        )
         closed = (kinds == CellKind.CLOSED)[:, None]
         return CertifiedCells(
             frozen(cells.lower),
@@ -158,7 +196,10 @@ class Certification:
             frozen(np.where(closed, highest, np.nan)),
         )
 
-    def _box(self, ranges: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
+    def _box(
+        self,
+        ranges: Mapping[str, tuple[float, float]] | None,
+    ) -> tuple[Array, Array]:
         """Lower and upper bounds (n,) of the active coordinates."""
         active = self._model.active
         lower, upper = self._model.reference.copy(), self._model.reference.copy()
