@@ -117,15 +117,18 @@ class Live:
 
     def sin(self) -> Any:
         """Sine."""
-        return _of(math.sin(self.value), self.symbol.sin())
+        value = math.sin(self.value)
+        return _of(value, self.symbol.sin())
 
     def cos(self) -> Any:
         """Cosine."""
-        return _of(math.cos(self.value), self.symbol.cos())
+        value = math.cos(self.value)
+        return _of(value, self.symbol.cos())
 
     def sqrt(self) -> Any:
         """Square root."""
-        return _of(math.sqrt(self.value), self.symbol.sqrt())
+        value = math.sqrt(self.value)
+        return _of(value, self.symbol.sqrt())
 
     def absolute(self) -> Any:
         """Absolute value."""
@@ -133,18 +136,21 @@ class Live:
 
     def atan2(self, x: Any) -> Any:
         """Angle of the vector (x, self)."""
-        return _of(math.atan2(self.value, float(x)), self.symbol.atan2(_symbol(x)))
+        value = math.atan2(self.value, float(x))
+        return _of(value, self.symbol.atan2(_symbol(x)))
 
     def atan2_of(self, y: float) -> Any:
         """Angle of the vector (self, y)."""
-        return _of(math.atan2(y, self.value), self.symbol.atan2_of(y))
+        value = math.atan2(y, self.value)
+        return _of(value, self.symbol.atan2_of(y))
 
 
 def _combined(a: Any, b: Any, operation: Callable[[Any, Any], Any]) -> Any:
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         return NotImplemented
     value = operation(float(a), float(b))
-    return _of(value, operation(_symbol(a), _symbol(b)))
+    symbol = operation(_symbol(a), _symbol(b))
+    return _of(value, symbol)
 
 
 def _of(value: float, symbol: Any) -> Any:

@@ -71,11 +71,16 @@ class Cycle:
         self._active = robot.active
         self._parameters = parameters
         names = family.coordinates
-        still = dict.fromkeys(names, 0.0)
-        self._u = _rows([{**reference, **point.at} for point in duty], names)
-        self._du = _rows([{**still, **point.rates} for point in duty], names)
-        self._ddu = _rows([{**still, **point.accelerations} for point in duty], names)
-        self.weights = np.array([point.weight for point in duty])
+        self._u = np.zeros((len(duty), len(names)))
+        self._du = np.zeros_like(self._u)
+        self._ddu = np.zeros_like(self._u)
+        self.weights = np.ones(len(duty))
+        for k, point in enumerate(duty):
+            self.weights[k] = point.weight
+            for j, name in enumerate(names):
+                self._u[k, j] = point.at.get(name, reference[name])
+                self._du[k, j] = point.rates.get(name, 0.0)
+                self._ddu[k, j] = point.accelerations.get(name, 0.0)
 
     @property
     def closes(self) -> bool:
@@ -87,7 +92,9 @@ class Cycle:
         if name not in self._family.names:
             raise InputError(no_such_name("variable", name, self._family.names))
         k = self._family.names.index(name)
-        return Quantity(self._parameters[k], np.eye(len(self._parameters))[k])
+        slope = np.zeros(len(self._parameters))
+        slope[k] = 1.0
+        return Quantity(self._parameters[k], slope)
 
     def coordinate(self, name: str) -> Quantity:
         """A coordinate at each point (points,) [rad or m]: a stroke, for example."""
@@ -129,16 +136,17 @@ class Cycle:
 
     def mass(self) -> Quantity:
         """Mass of all moving links [kg]."""
-        slope: list[float] = []
+        slope = np.empty(len(self._parameters))
         for k, value in enumerate(self._parameters):
             step = _STEP * (1.0 + abs(value))
-            ends = []
-            for sign in (1.0, -1.0):
-                moved = self._parameters.copy()
-                moved[k] += sign * step
-                ends.append(self._family.mass(moved))
-            slope.append((ends[0] - ends[1]) / (2.0 * step))
-        return Quantity(self._family.mass(self._parameters), slope)
+            above = self._parameters.copy()
+            below = self._parameters.copy()
+            above[k] += step
+            below[k] -= step
+            rise = self._family.mass(above) - self._family.mass(below)
+            slope[k] = rise / (2.0 * step)
+        value = self._family.mass(self._parameters)
+        return Quantity(value, slope)
 
     @lazy
     def _closed(self) -> FamilyResult:
@@ -147,20 +155,28 @@ class Cycle:
     @lazy
     def _efforts(self) -> Quantity:
         """Efforts of the active joints (points, n)."""
-        values = np.empty(self._u.shape)
-        slopes = np.empty((*self._u.shape, len(self._parameters)))
+        values = np.empty_like(self._u)
+        count = len(self._parameters)
+        slopes = np.empty((*values.shape, count))
         for loads, rows in self._rows_by_loads():
-            motion = (self._u[rows], self._parameters, self._du[rows], self._ddu[rows])
-            result = self._family.inverse_dynamics(*motion, loads, _BY)
+            result = self._family.inverse_dynamics(
+                self._u[rows],
+                self._parameters,
+                self._du[rows],
+                self._ddu[rows],
+                loads=loads,
+                derivatives=_BY,
+            )
             values[rows] = result["tau"]
             slopes[rows] = result.by_parameters["tau"]
         along = Quantity(values, slopes)
         if self._active == self._family.coordinates:
             return along
         places = [self._index(name) for name in self._active]
-        velocity_map = _result(self._closed, "R")[:, places]
-        value = np.swapaxes(velocity_map.value, 1, 2)
-        return solved(Quantity(value, np.swapaxes(velocity_map.slope, 1, 2)), along)
+        rates = _result(self._closed, "R")[:, places]
+        value = np.swapaxes(rates.value, 1, 2)
+        slope = np.swapaxes(rates.slope, 1, 2)
+        return solved(Quantity(value, slope), along)
 
     def _rows_by_loads(self) -> list[tuple[Loads | None, list[int]]]:
         """The points of each loads."""
@@ -183,7 +199,3 @@ class Cycle:
 
 def _result(result: FamilyResult, name: str) -> Quantity:
     return Quantity(result.values[name], result.by_parameters[name])
-
-
-def _rows(points: Sequence[Mapping[str, float]], names: Sequence[str]) -> Array:
-    return np.array([[point[name] for name in names] for point in points], dtype=np.float64)

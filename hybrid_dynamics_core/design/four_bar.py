@@ -6,6 +6,7 @@ and Soh (2011), Geometric Design of Linkages, Chapter 5.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -48,10 +49,10 @@ class FourBar:
 
     def description(self) -> str:
         """A description file: joints `crank`, `rocker` and `coupler`, and the pin between them."""
-        start = np.array([np.cos(self.crank_angle), np.sin(self.crank_angle)]) * self.crank
-        end = np.array([np.cos(self.rocker_angle), np.sin(self.rocker_angle)]) * self.rocker
-        way = end - start + np.array([self.ground, 0.0])
-        coupler_angle = float(np.arctan2(way[1], way[0])) - self.crank_angle
+        start = self.crank * _direction(self.crank_angle)
+        end = self.rocker * _direction(self.rocker_angle)
+        end[0] += self.ground
+        coupler_angle = _angle(end - start) - self.crank_angle
         return f"""\
 format: 1
 name: four_bar
@@ -105,19 +106,47 @@ def freudenstein(crank: ArrayLike, rocker: ArrayLike, ground: float = 1.0) -> Fo
     phi, psi = real_array("crank", crank), real_array("rocker", rocker)
     if phi.shape != psi.shape or phi.ndim != 1 or len(phi) < 3:
         raise InputError("crank and rocker need equally many angles, three or more")
-    matrix = np.column_stack([np.cos(psi), -np.cos(phi), np.ones(len(phi))])
-    (k1, k2, k3), _, rank, _ = np.linalg.lstsq(matrix, np.cos(phi - psi), rcond=None)
-    if rank < 3 or k1 == 0.0 or k2 == 0.0:
+    ones = np.ones(len(phi))
+    matrix = np.column_stack([np.cos(psi), -np.cos(phi), ones])
+    rhs = np.cos(phi - psi)
+    factors, _, rank, _ = np.linalg.lstsq(matrix, rhs, rcond=None)
+    k1, k2, k3 = factors.tolist()
+    if rank < 3 or not k1 or not k2:
         raise InputError("these pairs of angles do not determine a four-bar")
-    a, c = ground / k1, ground / k2
-    square = a * a + c * c + ground * ground - 2.0 * a * c * k3
-    if square <= 0.0:
+    a = ground / k1
+    c = ground / k2
+    squares = a * a + c * c + ground * ground
+    coupler = squares - 2.0 * a * c * k3
+    if coupler <= 0.0:
         raise InputError("no four-bar has these pairs of angles: its coupler would have no length")
-    # a bar of negative length points the other way
-    crank_angle = float(phi[0]) + (np.pi if a < 0.0 else 0.0)
-    rocker_angle = float(psi[0]) + (np.pi if c < 0.0 else 0.0)
-    lengths = ground, abs(float(a)), float(np.sqrt(square)), abs(float(c))
-    return FourBar(*lengths, float(crank_angle), float(rocker_angle))
+    return FourBar(
+        ground=ground,
+        crank=abs(a),
+        coupler=math.sqrt(coupler),
+        rocker=abs(c),
+        crank_angle=_turned_round(phi[0], a),
+        rocker_angle=_turned_round(psi[0], c),
+    )
+
+
+def _turned_round(angle: float, length: float) -> float:
+    """The angle of a bar; one of negative length points the other way."""
+    if length < 0.0:
+        return float(angle) + math.pi
+    return float(angle)
+
+
+def _direction(angle: float) -> Array:
+    return np.array([math.cos(angle), math.sin(angle)])
+
+
+def _angle(vector: Array) -> float:
+    x, y = vector.tolist()
+    return math.atan2(y, x)
+
+
+def _length(vector: Array) -> float:
+    return float(np.linalg.norm(vector))
 
 
 def centre(poses: ArrayLike, moving: ArrayLike) -> Dyad:
@@ -134,10 +163,11 @@ def centre(poses: ArrayLike, moving: ArrayLike) -> Dyad:
     places = _places(_checked(poses, 3), point)
     matrix = 2.0 * (places[1:] - places[0])
     squares = (places**2).sum(axis=1)
-    if abs(np.linalg.det(matrix)) < _CLOSED * max(squares.max(), 1e-300):
+    area = abs(np.linalg.det(matrix))
+    if area <= _CLOSED * squares.max():
         raise InputError("the point's three places are on a line: no circle goes through them")
     fixed = np.linalg.solve(matrix, squares[1:] - squares[0])
-    return Dyad(fixed, point, float(np.linalg.norm(places[0] - fixed)))
+    return Dyad(fixed, point, _length(places[0] - fixed))
 
 
 def burmester(poses: ArrayLike) -> tuple[Dyad, ...]:
@@ -151,14 +181,16 @@ def burmester(poses: ArrayLike) -> tuple[Dyad, ...]:
     """
     checked = _checked(poses, 5)
     middle = checked[:, :2].mean(axis=0)
-    size = float(np.abs(checked[:, :2] - middle).max()) or 1.0
     scaled = checked.copy()
-    scaled[:, :2] = (scaled[:, :2] - middle) / size
+    scaled[:, :2] -= middle
+    size = float(np.abs(scaled[:, :2]).max()) or 1.0
+    scaled[:, :2] /= size
     dyads: list[Dyad] = []
     for x in _solutions(scaled):
-        fixed, moving = size * x[2:] + middle, size * x[:2]
+        moving = size * x[:2]
+        fixed = size * x[2:] + middle
         place = _places(checked, moving)[0]
-        dyads.append(Dyad(fixed, moving, float(np.linalg.norm(place - fixed))))
+        dyads.append(Dyad(fixed, moving, _length(place - fixed)))
     return tuple(sorted(dyads, key=lambda dyad: dyad.length))
 
 
@@ -176,8 +208,11 @@ def _places(poses: Array, point: Array) -> Array:
 
 
 def _turns(angles: Array) -> Array:
-    c, s = np.cos(angles), np.sin(angles)
-    return np.moveaxis(np.array([[c, -s], [s, c]]), -1, 0)
+    """Rotations (., 2, 2)."""
+    c = np.cos(angles)
+    s = np.sin(angles)
+    rotations = np.array([[c, -s], [s, c]])
+    return np.moveaxis(rotations, -1, 0)
 
 
 def _solutions(poses: Array) -> list[Array]:
@@ -188,30 +223,50 @@ def _solutions(poses: Array) -> list[Array]:
     x = np.tan(np.pi * (starts - 0.5) * 0.95)  # near and far
     with np.errstate(all="ignore"):
         for _ in range(_ROUNDS):
-            residual, jacobian = _equations(poses, x)
-            regular = np.abs(np.linalg.det(jacobian)) > 0.0
-            steps = np.zeros_like(x)
-            steps[regular] = np.linalg.solve(jacobian[regular], residual[regular, :, None])[..., 0]
-            x = x - steps
+            x = x - _newton_steps(poses, x)
         residual, _ = _equations(poses, x)
     near = np.abs(x).max(axis=1) < _FAR
-    closed = np.abs(residual).max(axis=1) < _CLOSED * (1.0 + (x**2).sum(axis=1))
+    sizes = 1.0 + (x**2).sum(axis=1)
+    gaps = np.abs(residual).max(axis=1)
     solutions: list[Array] = []
-    for candidate in x[near & closed]:
-        if all(np.abs(candidate - other).max() > _SAME for other in solutions):
+    for candidate in x[near & (gaps < _CLOSED * sizes)]:
+        if not any(_is_same(candidate, other) for other in solutions):
             solutions.append(candidate)
     return solutions
 
 
+def _newton_steps(poses: Array, x: Array) -> Array:
+    """Steps (N, 4) of Newton's method; zero where the equations are singular."""
+    residual, jacobian = _equations(poses, x)
+    regular = np.abs(np.linalg.det(jacobian)) > 0.0
+    columns = residual[regular, :, None]
+    solved = np.linalg.solve(jacobian[regular], columns)
+    steps = np.zeros_like(x)
+    steps[regular] = solved[..., 0]
+    return steps
+
+
+def _is_same(one: Array, other: Array) -> bool:
+    return bool(np.abs(one - other).max() <= _SAME)
+
+
 def _equations(poses: Array, x: Array) -> tuple[Array, Array]:
     """Differences of half the squared lengths to the first pose (N, 4), and the Jacobian."""
-    moving, fixed = x[:, :2], x[:, 2:]
+    moving = x[:, :2]
+    fixed = x[:, None, 2:]
     turns = _turns(poses[:, 2])
-    arms = np.einsum("pij,nj->npi", turns, moving) + poses[None, :, :2] - fixed[:, None]
+    turned = np.einsum("pij,nj->npi", turns, moving)
+    arms = turned + poses[:, :2] - fixed
     squares = 0.5 * (arms**2).sum(axis=2)
     by_moving = np.einsum("npi,pij->npj", arms, turns)
     slopes = np.concatenate([by_moving, -arms], axis=2)
-    return squares[:, 1:] - squares[:, :1], slopes[:, 1:] - slopes[:, :1]
+    return _beyond_first(squares), _beyond_first(slopes)
+
+
+def _beyond_first(values: Array) -> Array:
+    """Values (N, poses, ...) less those of the first pose."""
+    first = values[:, :1]
+    return np.asarray(values[:, 1:] - first)
 
 
 def through_poses(dyads: Sequence[Dyad], poses: ArrayLike) -> FourBar:
@@ -223,11 +278,15 @@ def through_poses(dyads: Sequence[Dyad], poses: ArrayLike) -> FourBar:
     """
     first, second = dyads
     pose = real_array("poses", poses)[:1]
-    a, b = (_places(pose, dyad.moving)[0] for dyad in dyads)
+    start = _places(pose, first.moving)[0]
+    end = _places(pose, second.moving)[0]
     ground = second.fixed - first.fixed
-    direction = float(np.arctan2(ground[1], ground[0]))
-    arms = (a - first.fixed, b - second.fixed)
-    angles = [float(np.arctan2(arm[1], arm[0])) - direction for arm in arms]
-    coupler = float(np.linalg.norm(b - a))
-    length = float(np.linalg.norm(ground))
-    return FourBar(length, first.length, coupler, second.length, *angles)
+    direction = _angle(ground)
+    return FourBar(
+        ground=_length(ground),
+        crank=first.length,
+        coupler=_length(end - start),
+        rocker=second.length,
+        crank_angle=_angle(start - first.fixed) - direction,
+        rocker_angle=_angle(end - second.fixed) - direction,
+    )

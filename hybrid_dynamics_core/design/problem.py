@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -131,9 +132,13 @@ class Design:
         """The description's values, then a fixed set of others within the bounds."""
         from scipy.stats import qmc  # noqa: PLC0415  slow to import
 
-        points = qmc.Halton(len(self.names), seed=0).random(count - 1) if count > 1 else []
+        starts = [np.array(self.start)]
         room = self.upper - self.lower
-        return [np.array(self.start), *(self.lower + room * point for point in points)]
+        sequence = qmc.Halton(len(self.names), seed=0)
+        for _ in range(count - 1):
+            (point,) = sequence.random(1)
+            starts.append(self.lower + room * point)
+        return starts
 
 
 class _Problem:
@@ -186,15 +191,19 @@ class _Problem:
     def evaluations(self, values: Array) -> dict[str, Evaluation]:
         """All functions at values of the variables, with bounds as constraints."""
         evaluations = dict(self._evaluated(values))
-        unit = np.eye(len(values))
+        units = np.eye(len(values))
+        for name, evaluation in evaluations.items():
+            evaluations[name] = replace(evaluation, scale=self._scales[name])
         for k, name in enumerate(self._design.names):
-            low, high = self._design.lower[k], self._design.upper[k]
+            low = self._design.lower[k]
+            high = self._design.upper[k]
+            unit = units[k : k + 1]
             scale = float(self._room[k])
-            below = Evaluation("ineq", np.array([values[k] - low]), unit[k : k + 1], scale)
-            above = Evaluation("ineq", np.array([high - values[k]]), -unit[k : k + 1], scale)
-            evaluations[f"{name} at least {low:g}"] = below
-            evaluations[f"{name} at most {high:g}"] = above
-        return {name: one.scaled_by(self._scales.get(name)) for name, one in evaluations.items()}
+            above_low = values[k : k + 1] - low
+            below_high = high - values[k : k + 1]
+            evaluations[f"{name} at least {low:g}"] = Evaluation("ineq", above_low, unit, scale)
+            evaluations[f"{name} at most {high:g}"] = Evaluation("ineq", below_high, -unit, scale)
+        return evaluations
 
     def _constraint(self, name: str) -> dict[str, Any]:
         kind, _ = self._functions[name]
@@ -205,13 +214,15 @@ class _Problem:
         }
 
     def _value(self, name: str, x: Array) -> Array:
-        value = self._evaluated(self._unscaled(x))[name].value / self._scales[name]
+        evaluation = self._evaluated(self._unscaled(x))[name]
+        value = evaluation.value / self._scales[name]
         if name == "objective":
             return np.where(np.isfinite(value), value, _OPEN)
         return np.where(np.isfinite(value), value, -1.0)
 
     def _slope(self, name: str, x: Array) -> Array:
-        slope = self._evaluated(self._unscaled(x))[name].slope * self._room / self._scales[name]
+        evaluation = self._evaluated(self._unscaled(x))[name]
+        slope = evaluation.slope * self._room / self._scales[name]
         return np.where(np.isfinite(slope), slope, 0.0)
 
     def _unscaled(self, x: Array) -> Array:

@@ -35,9 +35,10 @@ class Quantity:
         return Quantity(self.value[key], self.slope[key])
 
     def __add__(self, other: Any) -> Quantity:
-        value, slope = _parts(other, self)
-        total = self.value + value
-        return Quantity(total, _widened(self.slope, total) + _widened(slope, total))
+        added = _quantity(other, self)
+        total = self.value + added.value
+        slope = _widened(self.slope, total)
+        return Quantity(total, slope + _widened(added.slope, total))
 
     __radd__ = __add__
 
@@ -51,10 +52,10 @@ class Quantity:
         return _quantity(other, self) - self
 
     def __mul__(self, other: Any) -> Quantity:
-        value, slope = _parts(other, self)
-        product = self.value * value
-        first = _widened(self.slope, product) * np.broadcast_to(value, product.shape)[..., None]
-        second = _widened(slope, product) * np.broadcast_to(self.value, product.shape)[..., None]
+        factor = _quantity(other, self)
+        product = self.value * factor.value
+        first = _scaled(self.slope, factor.value, product)
+        second = _scaled(factor.slope, self.value, product)
         return Quantity(product, first + second)
 
     __rmul__ = __mul__
@@ -66,11 +67,14 @@ class Quantity:
         return _quantity(other, self) / self
 
     def __pow__(self, power: float) -> Quantity:
+        value = self.value**power
         factor = power * self.value ** (power - 1)
-        return Quantity(self.value**power, factor[..., None] * self.slope)
+        return Quantity(value, _scaled(self.slope, factor, value))
 
     def __abs__(self) -> Quantity:
-        return Quantity(np.abs(self.value), np.sign(self.value)[..., None] * self.slope)
+        value = np.abs(self.value)
+        sign = np.sign(self.value)
+        return Quantity(value, _scaled(self.slope, sign, value))
 
     def sqrt(self) -> Quantity:
         """Square root."""
@@ -78,7 +82,8 @@ class Quantity:
 
     def sum(self) -> Quantity:
         """Sum of all entries."""
-        return Quantity(self.value.sum(), self._flat().sum(axis=0))
+        slope = self._flat().sum(axis=0)
+        return Quantity(self.value.sum(), slope)
 
     def mean(self) -> Quantity:
         """Mean of all entries."""
@@ -94,31 +99,39 @@ class Quantity:
 
     def _chosen(self, choose: Callable[[Array], Any]) -> Quantity:
         place = int(choose(self.value))
-        return Quantity(self.value.ravel()[place], self._flat()[place])
+        value = self.value.ravel()[place]
+        return Quantity(value, self._flat()[place])
 
     def _flat(self) -> Array:
-        return self.slope.reshape(-1, self.slope.shape[-1])
+        """The slope (entries, k)."""
+        count = self.slope.shape[-1]
+        return self.slope.reshape(-1, count)
 
 
 def solved(matrix: Quantity, rhs: Quantity) -> Quantity:
     """The solutions x (N, n) of A x = b for matrices (N, n, n) and right sides (N, n)."""
-    x = np.linalg.solve(matrix.value, rhs.value[..., None])[..., 0]
+    columns = rhs.value[..., None]
+    x = np.linalg.solve(matrix.value, columns)[..., 0]
     moved = np.einsum("nijk,nj->nik", matrix.slope, x)
-    return Quantity(x, np.linalg.solve(matrix.value, rhs.slope - moved))
+    slope = np.linalg.solve(matrix.value, rhs.slope - moved)
+    return Quantity(x, slope)
 
 
 def _quantity(other: Any, like: Quantity) -> Quantity:
     if isinstance(other, Quantity):
         return other
     value = np.asarray(other, dtype=np.float64)
-    return Quantity(value, np.zeros((*value.shape, like.slope.shape[-1])))
-
-
-def _parts(other: Any, like: Quantity) -> tuple[Array, Array]:
-    quantity = _quantity(other, like)
-    return quantity.value, quantity.slope
+    count = like.slope.shape[-1]
+    return Quantity(value, np.zeros((*value.shape, count)))
 
 
 def _widened(slope: Array, value: Array) -> Array:
     """The slope of a value that was broadcast."""
-    return np.broadcast_to(slope, (*value.shape, slope.shape[-1]))
+    count = slope.shape[-1]
+    return np.broadcast_to(slope, (*value.shape, count))
+
+
+def _scaled(slope: Array, factor: Array, value: Array) -> Array:
+    """A slope times a factor, both in the shape of a value."""
+    wide = np.broadcast_to(factor, value.shape)
+    return np.asarray(_widened(slope, value) * wide[..., None])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -38,10 +38,6 @@ class Evaluation:
             return 0.0
         apart = np.abs(self.value) if self.kind == "eq" else -self.value
         return float(max(apart.max(initial=0.0), 0.0))
-
-    def scaled_by(self, scale: float | None) -> Evaluation:
-        """The same with another scale; with its own if None."""
-        return self if scale is None else replace(self, scale=scale)
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,9 @@ class LiveModel(Model):
         everything = [Symbol(self.graph, index) for index in range(len(nodes))]
         values = evaluate(self.graph, everything, inputs)
         live = replace(self, graph=None, described=None)
-        symbols = {id(n): values[n.symbol.index] for n in live_numbers(live)}
+        symbols: dict[int, Scalar] = {}
+        for number in live_numbers(live):
+            symbols[id(number)] = values[number.symbol.index]
         return replace(bound(live, symbols), described=self.described)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_core.kernels.bound import BoundKernel
 from hybrid_dynamics_core.kernels.run import VARIABLE
+from hybrid_dynamics_core.robot.parameters.bound_kernel import BoundKernel
 from tests.sampling import swept
 
 NUMBERS = {

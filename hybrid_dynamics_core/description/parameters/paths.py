@@ -238,6 +238,6 @@ def _plain(name: str, value: Any) -> float | str:
         return value
     if isinstance(value, _NUMBERS) and not isinstance(value, bool):
         number = float(value)
-        if math.isfinite(number):
+        if not math.isnan(number):  # limits may be infinite
             return number
-    raise InputError(f"{name} is {value!r}; expected a finite number in SI units or an expression")
+    raise InputError(f"{name} is {value!r}; expected a number in SI units or an expression")

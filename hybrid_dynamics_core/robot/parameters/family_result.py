@@ -73,8 +73,9 @@ def by_loop(result: FamilyResult, blocks: Sequence[str], loops: Sequence[str]) -
     distances = result.values[DISTANCES]
     nearest: list[NDArray[np.int64]] = []
     for loop in loops:
-        members = np.array([k for k, name in enumerate(blocks) if name == loop])
-        nearest.append(members[np.argmin(distances[..., members], axis=-1)])
+        members = np.flatnonzero(np.array(blocks) == loop)
+        least = np.argmin(distances[..., members], axis=-1)
+        nearest.append(members[least])
     if not nearest:
         return result
     places = np.stack(nearest, axis=-1)
@@ -87,6 +88,7 @@ def _with_distances(part: Mapping[str, Array], places: NDArray[np.int64]) -> Map
     if DISTANCES not in part:
         return part
     distances = part[DISTANCES]
-    axis = places.ndim - 1
-    indices = places.reshape(places.shape + (1,) * (distances.ndim - places.ndim))
-    return {**part, DISTANCES: np.take_along_axis(distances, indices, axis=axis)}
+    further = distances.ndim - places.ndim
+    indices = places.reshape(*places.shape, *[1] * further)
+    chosen = np.take_along_axis(distances, indices, axis=places.ndim - 1)
+    return {**part, DISTANCES: chosen}

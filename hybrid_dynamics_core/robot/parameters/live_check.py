@@ -44,10 +44,9 @@ def difference(
     if structure:
         return structure
     frames = description.frames
-    mine = {name: frame for name, frame in (model.frames or {}).items() if name in frames}
     walk = _Walk()
     walk.compare(model.tree.bodies, other.tree.bodies, "links")
-    walk.compare(mine, dict(frames), "frames")
+    walk.compare(model.frames, frames, "frames")
     walk.compare(model.closures, description.closures, "closures")
     walk.compare(model.plan.loops, other.plan.loops, "loops")
     for block, other_block in zip(model.plan.blocks, other.plan.blocks, strict=True):
@@ -60,9 +59,12 @@ def unused(live: LiveModel) -> list[int]:
     """Indices of the parameters that no constant of the model depends on."""
     graph = live.graph or Graph()
     symbols = [number.symbol for number in live_numbers(live)]
-    nodes = (graph.nodes[index] for index in graph.live(symbols))
-    used = {int(component) for op, _, component in nodes if op == "input"}
-    return [k for k in range(live.count) if k not in used]
+    used: set[int] = set()
+    for index in graph.live(symbols):
+        op, _, component = graph.nodes[index]
+        if op == "input":
+            used.add(int(component))
+    return sorted(set(range(live.count)) - used)
 
 
 def has_other_loads(one: RobotModel, other: RobotModel) -> bool:
@@ -71,7 +73,8 @@ def has_other_loads(one: RobotModel, other: RobotModel) -> bool:
     other_pattern, other_values = _packed(other)
     if pattern != other_pattern:
         return True
-    return any(not np.array_equal(values[name], other_values[name]) for name in values)
+    same = [np.array_equal(value, other_values[name]) for name, value in values.items()]
+    return not all(same)
 
 
 def _packed(model: RobotModel) -> tuple[object, Mapping[str, Array]]:
@@ -83,8 +86,7 @@ def _packed(model: RobotModel) -> tuple[object, Mapping[str, Array]]:
 
 def _other_structure(plan: ClosurePlan, other: ClosurePlan) -> str:
     """How the structure of two plans differs; "" if it does not."""
-    counts = (len(plan.loops), len(plan.blocks), len(plan.redundant))
-    if counts != (len(other.loops), len(other.blocks), len(other.redundant)):
+    if _counts(plan) != _counts(other):
         return "changes the number of equations of the loops"
     for loop, other_loop in zip(plan.loops, other.loops, strict=True):
         if type(loop) is not type(other_loop):
@@ -95,6 +97,11 @@ def _other_structure(plan: ClosurePlan, other: ClosurePlan) -> str:
             how = "by iteration" if other_block.iterates else "in another order"
             return f"changes how loop '{block.name}' is solved: {how}"
     return ""
+
+
+def _counts(plan: ClosurePlan) -> tuple[int, ...]:
+    parts = (plan.loops, plan.blocks, plan.redundant)
+    return tuple(map(len, parts))
 
 
 class _Walk:
@@ -115,7 +122,8 @@ class _Walk:
         if isinstance(one, Real) and isinstance(other, Real):
             self._compare_numbers(float(one), float(other), where)
         elif isinstance(one, np.ndarray):
-            self.compare(one.tolist(), np.asarray(other).tolist(), where)
+            entries = np.asarray(other).tolist()
+            self.compare(one.tolist(), entries, where)
         elif isinstance(one, (tuple, list)):
             self._compare_lists(one, other, where)
         elif isinstance(one, Mapping):

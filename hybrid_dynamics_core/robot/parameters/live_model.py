@@ -59,11 +59,17 @@ def live_model(
         described.idle,
         tuple(merged.closures),
         described=described,
-        frames={**merged.frames, **{name: Frame(name) for name in merged.links}},
+        frames=_frames(merged),
         live_pins=tuple(moved_pins(pins, tree, merged.closures)),
         graph=graph,
         count=len(values),
     )
+
+
+def _frames(robot: RobotDescription) -> dict[str, Frame]:
+    """All frames by name; links have their own."""
+    frames = {name: Frame(name) for name in robot.links}
+    return {**frames, **robot.frames}
 
 
 def _merged(
@@ -118,9 +124,14 @@ def _live_plan(described: Model, tree: Tree, robot: RobotDescription) -> Closure
         block.length = max(lengths)
         if isinstance(block, NewtonBlock):
             block.order = ()
-    blocks = [_iterated(block, old) for block, old in zip(blocks, plan.blocks, strict=True)]
+    iterated = map(_iterated, blocks, plan.blocks)
     redundant = [_moved(equation, by_loop) for equation in plan.redundant]
-    return replace(plan, blocks=tuple(blocks), loops=tuple(loops), redundant=tuple(redundant))
+    return replace(
+        plan,
+        blocks=tuple(iterated),
+        loops=tuple(loops),
+        redundant=tuple(redundant),
+    )
 
 
 def _live_block(

@@ -16,12 +16,12 @@ from ...description.parameters.paths import component_paths, name_of, number_at
 from ...description.parameters.written import Written
 from ...errors import DescriptionError
 from ...ground.arrays import Array, frozen
-from ...kernels.bound import BoundKernel
 from ...kernels.digest import NoDigestError, digest
 from ...kernels.run import Kernel
 from ...programs import Program
 from ...programs.live import BoundProgram, LiveModel
 from ..model import RobotModel
+from .bound_kernel import BoundKernel
 from .live_check import difference
 from .live_model import live_model
 

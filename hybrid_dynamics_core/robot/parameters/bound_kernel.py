@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..ground.arrays import Array
-from ..ground.lazy import lazy
-from .run import Kernel
-from .trace import Trace
+from ...ground.arrays import Array
+from ...ground.lazy import lazy
+from ...kernels.run import Kernel
+from ...kernels.trace import Trace
 
 HELD = 1  # place of the held input
 
