@@ -16,6 +16,7 @@ from ..description.expand.templates import find_template
 from ..description.geometry import unit_axis
 from ..description.model import RobotDescription
 from ..description.parameters.entries_at import entry_at, has_entry
+from ..description.parameters.number_keys import is_number_key
 from ..description.parameters.paths import path_of
 from ..description.parameters.written import Written, written_of
 from ..description.value_units import units_at
@@ -206,7 +207,9 @@ class AdjustableRobot:
         if document is before:
             return FreeParameter(name, "file", path, start, unit)
         in_file, note = after.as_written(path)
-        if note or not has_entry(before.data, in_file[:-1]):
+        outer = entry_at(before.data, in_file[:-1])
+        is_in_file = isinstance(outer, (dict, list)) and is_number_key(in_file)
+        if note or not is_in_file:
             return FreeParameter(name, "expanded", path, start, unit)
         return FreeParameter(name, "file", in_file, start, unit)
 

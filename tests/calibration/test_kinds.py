@@ -254,3 +254,33 @@ def test_rows_that_close_with_the_estimates_only_count_too(tmp_path):
     assert low < 0.62 < high
     assert result.residuals.shape == (20, 3)
     assert not result.outliers
+
+
+def test_offsets_of_joints_that_short_forms_stand_for_are_theirs(tmp_path):
+    path = tmp_path / "floating.yaml"
+    path.write_text(FLOATING, encoding="utf-8")
+    robot = load(str(path))
+    u = np.random.default_rng(1).uniform(-0.4, 0.4, (12, len(robot.active)))
+    position = robot.forward_kinematics(robot.close(u)).position
+    data = dict(zip(robot.active, u.T, strict=True))
+    data |= dict(zip(("tool.x", "tool.y", "tool.z"), position.T, strict=True))
+    free = "joints.floating_base_x.offset, joints.bend.offset"
+    result = calibrate(str(path), data, free, sigma=NOISE)
+    values = [one.value for one in result.parameters.values()]
+    assert values == pytest.approx([0.0, 0.0], abs=EXACT)
+    assert all(result.identifiable.values())
+
+
+FLOATING = """\
+format: 1
+name: floating
+base: body
+floating: true
+links:
+  body: {mass: 5, inertia: {box: {size: [0.3, 0.2, 0.1]}}}
+  arm: {mass: 1, com: [0.2, 0, 0], inertia: {rod: {axis: x, length: 0.4}}}
+joints:
+  bend: {type: revolute, parent: body, child: arm, axis: y}
+active: [bend]
+end_effector: {link: arm, xyz: [0.4, 0, 0]}
+"""
