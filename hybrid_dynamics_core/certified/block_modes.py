@@ -16,6 +16,7 @@ from .planar.planar_platform import PlanarPlatform, planar_platform
 from .planar.planar_poses import planar_poses
 from .platforms.leg_platform import CLEAR, LegPlatform, leg_platform
 from .platforms.platform import platform_poses
+from .platforms.spherical import orientations
 
 
 class BlockModes(NamedTuple):
@@ -88,7 +89,7 @@ def _modes_in_plane(platform: PlanarPlatform, block: BlockSolver, setting: Setti
 
 def _modes_of_platform(platform: LegPlatform, block: BlockSolver, setting: Setting) -> BlockModes:
     legs = platform.intervals(setting.tree, setting.configuration, setting.given)
-    poses = platform_poses(legs)
+    poses = orientations(legs) if platform.carrier.is_fixed else platform_poses(legs)
     solutions: list[list[float]] = []
     complete, reason = poses.complete, poses.reason
     for rotation, origin in zip(

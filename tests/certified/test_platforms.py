@@ -113,7 +113,7 @@ def test_a_certificate_holds_for_every_geometry_within_its_radius() -> None:
     legs = Legs(feet, tips, lengths**2)
     matrices = quadrics(legs).real
     ends = start_system(0)
-    tracker = solver.PathTracker(ends.legs, legs)
+    tracker = solver.PathTracker.between(ends.legs, legs)
     points = solver.polished(matrices, tracker.ends(ends.points).points)
     doubt = np.full(7, 1e-9)
     balls = certify(System(matrices, doubt), points)

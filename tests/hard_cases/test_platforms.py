@@ -89,6 +89,7 @@ class TestSphericalPlatform:
         robot, legs, link = platform(feet, tips, (start, np.zeros(3)), freedoms="abc")
         found = poses_of_modes(robot, link, legs, (start, np.zeros(3)))
         assert len(expected) in (2, 4, 6, 8)
+        assert robot.assembly_modes(legs).complete
         assert same_sets(found, expected)
 
     def test_staicus_upper_module_has_its_modes(self) -> None:

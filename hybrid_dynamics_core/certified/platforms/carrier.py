@@ -1,4 +1,4 @@
-"""Chains that carry a platform: three slides and a ball joint, or a leg and a ball joint."""
+"""Chains that carry a platform: a ball joint, on three slides, on a leg or on nothing."""
 
 from __future__ import annotations
 
@@ -36,6 +36,11 @@ class Carrier:
     slides: tuple[int, ...] = ()
     pivot: Pivot | None = None
     hinge: HingeLeg | None = None
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether the ball joint has a constant place."""
+        return not self.slides and self.pivot is None and self.hinge is None
 
     @property
     def legs(self) -> list[Distance]:
@@ -88,6 +93,8 @@ class Carrier:
     ) -> float:
         """Bring the ball to a place (3,) [m], and return a margin."""
         goal = Chain((), floats(centre))
+        if self.is_fixed:
+            return 1.0
         if self.slides:
             return self._slide(configuration, centre)
         if self.hinge is not None:
@@ -131,6 +138,8 @@ def carrier_of(
     before = ball.before
     moving = unknown & before.coordinates
     slides = tuple(sorted(moving))
+    if not moving:
+        return Carrier(chain, ball)
     if len(slides) == 3 and slides_only(before, slides):
         return Carrier(chain, ball, slides=slides)
     pivot = find_pivot(before, moving)

@@ -1,4 +1,4 @@
-"""Certificates of solutions of seven quadrics in Study's coordinates.
+"""Certificates of solutions of quadrics: seven in Study's coordinates, or three in a quaternion.
 
 Around a point y, quadrics are exact in h: F(y + h) = F(y) + J h + Q(h, h). With C near J^-1,
 Krawczyk's operator h -> h - C F(y + h) maps the ball |h| <= r into itself and contracts if
@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 
 from ...ground.arrays import Array
 from ..rounding import SHARE, bound
-from .study import SIZE, Complex
+from .study import Complex
 
 Flags = NDArray[np.bool_]
 
 
 class System(NamedTuple):
-    """Seven quadrics that are given up to rounding.
+    """Quadrics in one coordinate more, which are given up to rounding.
 
     Attributes:
-        matrices: symmetric matrices (7, 8, 8).
-        radii: largest error of an entry of each matrix (7,).
+        matrices: symmetric matrices (k, k + 1, k + 1).
+        radii: largest error of an entry of each matrix (k,).
     """
 
     matrices: Array
@@ -41,7 +41,7 @@ class Balls(NamedTuple):
     A solution lies on the hyperplane conj(y) . x = 1 about its centre y.
 
     Attributes:
-        centres: unit vectors (n, 8).
+        centres: unit vectors (n, k + 1).
         radii: radius of each ball (n,).
         certified: whether the ball was proved to hold one solution, and only one (n,).
         real: whether that solution was proved to be real (n,).
@@ -166,7 +166,7 @@ def _defect(inverses: Complex, jacobians: Complex, doubtful: Array) -> Array:
     """Bounds (n,) of I - C J."""
     strengths = np.abs(inverses)
     errors = strengths @ (doubtful + SHARE * np.abs(jacobians))
-    defects = np.abs(np.eye(SIZE) - inverses @ jacobians)
+    defects = np.abs(np.eye(jacobians.shape[2]) - inverses @ jacobians)
     return _largest((defects + errors + SHARE).sum(axis=2))
 
 

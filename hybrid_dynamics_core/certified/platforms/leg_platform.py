@@ -23,6 +23,7 @@ from .hinge_leg import HingeLeg, hinge_legs
 from .platform import LegIntervals
 
 LEGS = 6
+TURNING_LEGS = 3  # of a platform that turns about a fixed point
 CLEAR = 1e-6  # margin of the ball joint, or determinant of the slides, below which it is singular
 
 
@@ -63,7 +64,12 @@ class LegPlatform:
                 feet.append(joined(foot))
                 tips.append(joined(hinge.tip))
                 squares.append(dot(bar_end, bar_end))
-        return LegIntervals(stacked(feet), stacked(tips), joined(squares))
+        legs = LegIntervals(stacked(feet), stacked(tips), joined(squares))
+        if not self.carrier.is_fixed:
+            return legs
+        ball = self.carrier.ball
+        centre = joined(ball.before.at(here).end)
+        return LegIntervals(legs.feet - centre, legs.tips - joined(ball.centre), legs.squares)
 
 
 def leg_platform(block: BlockSolver) -> LegPlatform | None:
@@ -81,14 +87,12 @@ def leg_platform(block: BlockSolver) -> LegPlatform | None:
     carrier = carrier_of(Chain(chains[0], ZERO3), unknown)
     if carrier is None:
         return None
-    all_legs, all_hinges = (
-        (
-            *carrier.legs,
-            *legs,
-        ),
-        (*carrier.hinges, *hinges),
-    )
-    if len(all_legs) + 2 * len(all_hinges) != LEGS:
+    all_legs = (*carrier.legs, *legs)
+    all_hinges = (*carrier.hinges, *hinges)
+    distances = len(all_legs) + 2 * len(all_hinges)
+    if carrier.is_fixed and distances != TURNING_LEGS:
+        return None
+    if not carrier.is_fixed and distances != LEGS:
         return None
     return LegPlatform(carrier, all_legs, all_hinges)
 

@@ -1,4 +1,4 @@
-"""Tracking the solutions of seven quadrics while the geometry of the legs changes.
+"""Tracking the solutions of quadrics while the geometry of the legs changes.
 
 All paths are followed at once, each with its own step. A step is a predictor of fourth order, and
 Newton's method on the hyperplane through the previous point.
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...ground.arrays import Array
-from .study import QUADRICS, SIZE, Complex, Legs, quadrics
+from .study import Complex, Legs, quadrics
 
 FIRST_STEP = 0.05  # share of the way
 SHORTEST = 1e-10  # a path whose steps become shorter is given up
@@ -44,30 +44,40 @@ class _Values(NamedTuple):
 
 
 class PathTracker:
-    """Follows solutions from one geometry to another, on the straight line between them.
+    """Follows solutions of k quadrics in k + 1 coordinates that change along a way.
 
-    Args:
-        start: legs whose solutions are given.
-        target: legs whose solutions are wanted.
-        closeness: tolerance of Newton's method in a step.
+    The quadrics are of degree two in the share of the way, so that three of them determine the
+    others.
     """
 
     def __init__(
         self,
-        start: Legs,
-        target: Legs,
+        first: NDArray[np.inexact],
+        middle: NDArray[np.inexact],
+        last: NDArray[np.inexact],
         closeness: float = CLOSE,
     ) -> None:
+        """Take the matrices (k, k + 1, k + 1) at the start, in the middle and at the end.
+
+        Args:
+            first: those whose solutions are given.
+            middle: those half the way.
+            last: those whose solutions are wanted.
+            closeness: tolerance of Newton's method in a step.
+        """
         self._closeness = closeness
-        first, last = quadrics(start), quadrics(target)
-        middle = quadrics(start.towards(target, 0.5))
+        self._count, self._size, _ = first.shape
         second = 2.0 * (first + last) - 4.0 * middle
         linear = last - first - second
         powers = np.stack([first, linear, second])
-        self._matrix = powers.reshape(
-            -1,
-            SIZE,
-        ).T.astype(complex)
+        rows = powers.reshape(-1, self._size)
+        self._matrix = rows.T.astype(complex)
+
+    @classmethod
+    def between(cls, start: Legs, target: Legs, closeness: float = CLOSE) -> PathTracker:
+        """From legs whose solutions are given to others, on the straight line between them."""
+        middle = start.towards(target, 0.5)
+        return cls(quadrics(start), quadrics(middle), quadrics(target), closeness)
 
     def ends(self, starts: Complex) -> Ends:
         """Follow the paths from points (n, 8) to the end of the way."""
@@ -152,8 +162,8 @@ class PathTracker:
         powers = (points @ self._matrix).reshape(
             count,
             3,
-            QUADRICS,
-            SIZE,
+            self._count,
+            self._size,
         )
         constant, linear, second = np.moveaxis(powers, 1, 0)
         place = places[:, None, None]

@@ -137,7 +137,7 @@ def _platform_poses(legs: LegIntervals) -> PlatformPoses:
 
 def _ends(problem: _Problem, start: StartSystem, tolerance: float) -> Complex:
     """Ends (n, 8) of the paths that arrived, made exact."""
-    tracker = PathTracker(start.legs, problem.legs, tolerance)
+    tracker = PathTracker.between(start.legs, problem.legs, tolerance)
     ends = tracker.ends(start.points)
     arrived = ends.points[ends.arrived]
     if len(arrived):
@@ -150,20 +150,28 @@ def _ends(problem: _Problem, start: StartSystem, tolerance: float) -> Complex:
 def _result(problem: _Problem, balls: Balls, most: int) -> PlatformPoses:
     real = chosen(balls, balls.real)
     rotations, origins = _poses(problem, real.centres.real)
+    complete, reason = verdict(balls, most)
+    return PlatformPoses(rotations, origins, complete, reason)
+
+
+def verdict(balls: Balls, most: int) -> tuple[bool, str]:
+    """Whether certified solutions are all, and why, in a clause.
+
+    Args:
+        balls: the solutions, all certified.
+        most: the largest number of solutions that there can be.
+    """
     count = len(balls.centres)
     every = f"{count} of {most} complex solutions are certified"
-    number = len(origins)
+    number = int(balls.real.sum())
     of_these = f"{number} of them {singular_or_plural(number, 'is', 'are')} real"
-    complete = False
     if count < most:
-        reason = f"{every}, and {of_these}; the other paths end at infinity or at singular places"
-    elif not (all_distinct(balls) and decided(balls).all()):
-        reason = f"{every}, but some are too near each other to be separated"
-    else:
-        complete = True
-        all_of_them = f"all {counted(count, 'complex solution')} are certified"
-        reason = f"{all_of_them}, {of_these}, and no such platform has more"
-    return PlatformPoses(rotations, origins, complete, reason)
+        other = "the other paths end at infinity or at singular places"
+        return False, f"{every}, and {of_these}; {other}"
+    if not (all_distinct(balls) and decided(balls).all()):
+        return False, f"{every}, but some are too near each other to be separated"
+    all_of_them = f"all {counted(count, 'complex solution')} are certified"
+    return True, f"{all_of_them}, {of_these}, and no such platform has more"
 
 
 def _poses(
@@ -197,7 +205,7 @@ def _scaled(legs: LegIntervals) -> _Problem:
     feet, tips, squares = feet * inverse, tips * inverse, squares * inverse**2
     middle = Legs(feet.middle, tips.middle, squares.middle)
     radii = np.zeros(QUADRICS)
-    radii[:6] = _radii(feet, tips, squares)
+    radii[:6] = entry_radii(feet, tips, squares)
     return _Problem(
         middle,
         System(quadrics(middle).real, radii),
@@ -207,12 +215,10 @@ def _scaled(legs: LegIntervals) -> _Problem:
     )
 
 
-def _radii(feet: Interval, tips: Interval, squares: Interval) -> Array:
-    """Bounds (6,) of the errors of all entries of the quadrics of legs."""
-    sizes = np.linalg.norm(
-        feet.magnitude,
-        axis=1,
-    ) + np.linalg.norm(tips.magnitude, axis=1)
+def entry_radii(feet: Interval, tips: Interval, squares: Interval) -> Array:
+    """Bounds (legs,) of the errors of all entries of the quadrics of legs."""
+    foot_sizes = np.linalg.norm(feet.magnitude, axis=1)
+    sizes = foot_sizes + np.linalg.norm(tips.magnitude, axis=1)
     doubt = feet.radius.sum(axis=1) + tips.radius.sum(axis=1)
     entries = sizes**2 + squares.magnitude + sizes
     changes = 4.0 * (sizes + doubt + 1.0) * doubt + squares.radius

@@ -53,7 +53,7 @@ def start_system(number: int, in_pairs: bool = False) -> StartSystem:
     if number:
         first = start_system(0, in_pairs)
         legs = _random_legs(random, in_pairs)
-        ends = PathTracker(
+        ends = PathTracker.between(
             first.legs,
             legs,
             closeness=1e-7,
@@ -100,7 +100,7 @@ def _around(
     first, second = _random_legs(random, in_pairs), _random_legs(random, in_pairs)
     corners = [legs, first, second, legs]
     for start, target in pairwise(corners):
-        ends = PathTracker(start, target).ends(points)
+        ends = PathTracker.between(start, target).ends(points)
         points = ends.points[ends.arrived]
     return points
 

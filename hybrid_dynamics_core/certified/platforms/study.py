@@ -83,12 +83,8 @@ def quadrics(legs: Legs) -> NDArray[np.inexact]:
     feet, tips, squares = legs
     kind = np.result_type(feet, tips, squares)
     result = np.zeros((QUADRICS, SIZE, SIZE), dtype=kind)
-    by_foot = _before(feet)
-    by_tip = _after(tips)
-    constant = (feet * feet).sum(axis=-1) + (tips * tips).sum(axis=-1) - squares
-    turning = constant[:, None, None] * np.eye(4) + 2.0 * by_foot @ by_tip
-    moving = 2.0 * (by_tip - by_foot)
-    result[:6, :4, :4] = 0.5 * (turning + np.swapaxes(turning, -1, -2))
+    moving = 2.0 * (_after(tips) - _before(feet))
+    result[:6, :4, :4] = turning(legs)
     result[:6, 4:, 4:] = 4.0 * np.eye(4)
     result[:6, 4:, :4] = moving
     result[:6, :4, 4:] = np.swapaxes(
@@ -101,6 +97,17 @@ def quadrics(legs: Legs) -> NDArray[np.inexact]:
     return result
 
 
+def turning(legs: Legs) -> NDArray[np.inexact]:
+    """Symmetric matrices (legs, 4, 4) of the part without translation."""
+    feet, tips, squares = legs
+    lengths = (feet * feet).sum(axis=-1) + (tips * tips).sum(axis=-1)
+    constant = lengths - squares
+    product = 2.0 * _before(feet) @ _after(tips)
+    one_sided = constant[:, None, None] * np.eye(4) + product
+    other_side = np.swapaxes(one_sided, -1, -2)
+    return np.asarray(0.5 * (one_sided + other_side))
+
+
 def pose(x: Array) -> tuple[Array, Array]:
     """Rotation (3, 3) and translation (3,) of real coordinates (8,)."""
     e, g = x[:4], x[4:]
@@ -109,12 +116,6 @@ def pose(x: Array) -> tuple[Array, Array]:
     skew = _before(vector)[1:, 1:]
     outer = np.outer(vector, vector)
     turn = (w * w - vector @ vector) * np.eye(3) + 2.0 * outer + 2.0 * w * skew
-    moved = (
-        -g[0] * vector
-        + w * g[1:]
-        - np.cross(
-            g[1:],
-            vector,
-        )
-    )
+    along = w * g[1:] - g[0] * vector
+    moved = along - np.cross(g[1:], vector)
     return turn / size, 2.0 * moved / size
