@@ -14,11 +14,13 @@ from ..closed_state.state import ClosedState, ClosureStatus
 from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.units import effort_unit
 from ..limits import Limits
 from .curve import Curve
 from .machine import Machine
 
 _SPEEDS = ("rate", "flow", "pump_flow")  # kinds of rows that grow with s' alone
+_NO_EFFORT = 1e-9  # share of the largest effort that is rounding
 _HALVINGS = 40  # of a stretch in which a rate changes its sign
 _NEAR = 1e-3  # share of s'^2 over which slopes are taken
 
@@ -112,6 +114,16 @@ class Constraints:
             parts += [ratio - self.share, -ratio - self.share]
         residuals = np.concatenate(parts, axis=1)
         return np.asarray(residuals)
+
+    def check_idle(self, tau: Array) -> None:
+        """Raise InputError where efforts (M, n) [N m, N] act along an idle coordinate."""
+        largest = np.abs(tau).max(initial=0.0)
+        for k, name in enumerate(self.machine.active):
+            most = float(np.abs(tau[:, k]).max(initial=0.0))
+            if name in self.machine.idle and most > _NO_EFFORT * largest:
+                unit = effort_unit(self.machine.joint_types[name])
+                problem = f"the path takes up to {most:.4g} {unit} along it, which no drive gives"
+                raise InputError(f"{name} is idle: {problem}")
 
     def turns(self, dense: Array) -> Array:
         """Parameters at which a cylinder or drive turns back: its pressures jump there.

@@ -100,6 +100,7 @@ def point_to_point(
     state = constraints.state(s, ds**2)
     ddu = curve.at(s, 1) * dds[:, None]
     tau = machine.inverse_dynamics(state, ddu, loads)
+    constraints.check_idle(tau)
     margins = margins_of(constraints.limits, state, tau, ddu)
     return JerkLimitedMotion(curve, profile, margins, at_limit(margins, share))
 

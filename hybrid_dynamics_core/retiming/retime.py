@@ -167,14 +167,16 @@ class Search:
         fastest = self.fastest()
         narrowed = np.zeros((len(self.s), 1))
         x = self._start(fastest)
-        for _ in range(_TIGHTENED):
-            x = self._settled(x, fastest, narrowed)
-            excess, ratio = self._excess(x)
-            if excess.max() <= 0.0 and ratio.max() <= 1.0:
-                break
-            narrowed = narrowed + 1.1 * np.maximum(excess, 0.0)
-            fastest = fastest / np.maximum(ratio, 1.0) ** 3
-        self._divide(_FINEST)
+        for pieces in (_INSIDE, _FINEST):
+            self._divide(pieces)
+            for _ in range(_TIGHTENED):
+                x = self._settled(x, fastest, narrowed)
+                excess, ratio = self._excess(x)
+                if excess.max() <= 0.0 and ratio.max() <= 1.0:
+                    break
+                further = np.where(excess > 0.0, 1.1 * excess + _RESERVE, 0.0)
+                narrowed = narrowed + further
+                fastest = fastest / np.maximum(ratio, 1.0) ** 3
         return self._finished(self._within(x), loads)
 
     def fastest(self) -> Array:
@@ -200,25 +202,41 @@ class Search:
         """A slow profile (N,) that keeps all limits."""
         share = self.s / self.curve.end
         x = 4.0 * fastest.min() * share * (1.0 - share)
-        return self._within(x, _HALF)
+        for _ in range(_SLOWDOWNS):
+            excess, ratio = self._excess(x)
+            if excess.max() <= 0.0 and ratio.max() <= 1.0:
+                break
+            x = _HALF * x
+        return np.asarray(_HALF * x)
 
     def _settled(self, x: Array, fastest: Array, narrowed: Array) -> Array:
         """The fastest profile (N,), from tangents at one profile after the other."""
         duration = np.inf
+        touched = x
+        passed: Array | None = None
         for _ in range(_PASSES):
-            at = np.maximum(x, _FLOOR * x.max())
-            rows = self.constraints.rows(self.s, at)
-            closer = Rows(rows.a, rows.b, rows.c + narrowed + _RESERVE)
             try:
-                x = fastest_profile(self.s, closer, fastest)
+                x = self._from_tangents(touched, fastest, narrowed)
             except BlockedError as error:
-                place = self.curve.between(float(self.s[error.station]))
-                raise InputError(f"{place}, no motion within the limits goes on") from error
+                if passed is None:
+                    place = self.curve.between(float(self.s[error.station]))
+                    raise InputError(f"{place}, no motion within the limits goes on") from error
+                # the tangents were taken too far beyond a limit
+                touched = 0.5 * (touched + passed)
+                continue
+            passed, touched = touched, x
             now = float(times_of(self.s, x)[-1])
             if abs(duration - now) < _SETTLED * now:
                 break
             duration = now
         return x
+
+    def _from_tangents(self, touched: Array, fastest: Array, narrowed: Array) -> Array:
+        """The fastest profile (N,) under tangents at a profile."""
+        at = np.maximum(touched, _FLOOR * touched.max())
+        rows = self.constraints.rows(self.s, at)
+        closer = Rows(rows.a, rows.b, rows.c + narrowed + _RESERVE)
+        return fastest_profile(self.s, closer, fastest)
 
     def _fine_profile(self, x: Array) -> tuple[Array, Array]:
         """Squares of s' and s'' on the fine grid."""
@@ -243,13 +261,13 @@ class Search:
         ratio_by_stretch = _peaks(ratio.reshape(count, -1, 1), is_smooth)[:, 0]
         return _about_stations(by_stretch), _about_stations(ratio_by_stretch)
 
-    def _within(self, x: Array, slower: float = _SLOWER) -> Array:
+    def _within(self, x: Array) -> Array:
         """The profile (N,), or a slower one that keeps all limits on the fine grid."""
         for _ in range(_SLOWDOWNS):
             excess, ratio = self._excess(x)
             if excess.max() <= 0.0 and ratio.max() <= 1.0:
                 return x
-            x = x * min(_slowed(excess.max(), slower), 1.0 / max(ratio.max(), 1.0) ** 2)
+            x = x * min(_slowed(excess.max()), 1.0 / max(ratio.max(), 1.0) ** 2)
         raise InputError("no motion along the path keeps all limits, however slow")
 
     # -- result
@@ -260,17 +278,18 @@ class Search:
         slope, curvature = self.curve.at(self.fine, 1), self.curve.at(self.fine, 2)
         ddu = slope * dds[:, None] + curvature * squares[:, None]
         tau = self.constraints.machine.inverse_dynamics(state, ddu, loads)
+        self.constraints.check_idle(tau)
         margins = margins_of(self.constraints.limits, state, tau, ddu)
         times = times_of(self.s, x)
         reached = at_limit(margins, self.constraints.share)
         return TimedMotion(self.curve, self.s, x, times, margins, reached)
 
 
-def _slowed(excess: float, slower: float) -> float:
-    """Factor of s'^2 for an excess of forces, not below `slower`."""
+def _slowed(excess: float) -> float:
+    """Factor of s'^2 for an excess of forces."""
     if excess <= 0.0:
         return 1.0 - _RESERVE
-    return max(slower, 1.0 - max(4.0 * excess, _RESERVE))
+    return max(_SLOWER, 1.0 - max(4.0 * excess, _RESERVE))
 
 
 def _peaks(values: Array, is_smooth: np.ndarray) -> Array:

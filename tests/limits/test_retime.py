@@ -18,7 +18,7 @@ from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.retiming.ramps import ramp
 from tests.cli.calling import call
 from tests.limits.machines import CRANE, crane
-from tests.sampling import examples
+from tests.sampling import examples, swept
 
 WAY = 1.5  # [m]
 
@@ -66,7 +66,7 @@ BY_HAND = {
 }
 
 
-@pytest.mark.parametrize("name", BY_HAND)
+@pytest.mark.parametrize("name", swept(BY_HAND, ["rate", "power"]))
 def test_a_cart_is_as_fast_as_by_hand(name: str) -> None:
     limits, shortest, tolerance = BY_HAND[name]
     motion = cart(limits).retime([[0.0], [WAY]])
@@ -92,7 +92,7 @@ PATHS = {
 }
 
 
-@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize("name", swept(PATHS, ["bent"]))
 def test_a_crane_keeps_pressures_flows_and_the_power_of_its_pump(name: str) -> None:
     machine = crane()
     motion = machine.retime(PATHS[name], stations=100)
@@ -102,6 +102,57 @@ def test_a_crane_keeps_pressures_flows_and_the_power_of_its_pump(name: str) -> N
     assert motion(motion.duration).u == pytest.approx(PATHS[name][-1])
 
 
+LIFT, BOOM = "lift_cylinder: {type: prismatic,", "boom_cylinder: {type: prismatic,"
+TABLE = (
+    f"{LIFT} effort_table: {{rate: [0, 0.3], position: [0, 0.6],"
+    " effort: [[9000, 6000], [12000, 7000]]},"
+)
+NOT_LINEAR = {
+    "friction": (
+        (BOOM, f"{BOOM} friction: {{viscous: 3000, coulomb: 800, smoothing: 0.01}},"),
+        "pressure",
+    ),
+    "power of a drive": ((LIFT, f"{LIFT} power_limit: 900,"), "power"),
+    "a table over position": (
+        (LIFT, TABLE),
+        "effort",
+    ),
+    "a joint inside a loop": (
+        (
+            "boom_pitch: {type: revolute,",
+            "boom_pitch: {type: revolute, acceleration_limit: 1, velocity_limit: 0.5,",
+        ),
+        "acceleration",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", swept(NOT_LINEAR, ["a table over position"]))
+def test_limits_that_are_not_linear_are_kept_and_reached(name: str) -> None:
+    change, kind = NOT_LINEAR[name]
+    machine = crane(change)
+    motion = machine.retime(PATHS["straight"], stations=60)
+    assert_it_keeps_all(machine, motion, 2001)
+    assert kind in [limited for _, limited in motion.limited_by]
+
+
+def test_a_path_along_an_idle_joint_is_refused() -> None:
+    text = """
+        format: 1
+        name: hook
+        links: {cart: {mass: 2}, hook: {mass: 1, com: [0, 0, -1]}}
+        joints:
+          x: {type: prismatic, parent: base, child: cart, axis: x, effort_limit: 9}
+          swing: {type: revolute, parent: cart, child: hook, axis: y}
+        active: [x]
+        idle: [swing]
+        end_effector: {link: hook}
+    """
+    with pytest.raises(InputError, match=r"swing is idle: the path takes up to .* N m along it"):
+        Robot(parse_description(textwrap.dedent(text))).retime([[0.0, 0.0], [1.0, 0.0]])
+
+
+@pytest.mark.sweep
 def test_random_paths_keep_all_limits_and_stronger_pumps_are_faster() -> None:
     rng = np.random.default_rng(5)
     weak, strong = crane(), crane(("power_limit: 5*kW", "power_limit: 9*kW"))
@@ -165,7 +216,7 @@ def test_the_command_line_writes_a_motion_through_points(tmp_path) -> None:
     assert "points.csv:1: the columns are boom_cylinder, lift; expected" in call(*words[:4]).stderr
 
 
-@pytest.mark.parametrize("jerk", [50.0, 0.5])
+@pytest.mark.parametrize("jerk", swept([50.0, 0.5], [0.5]))
 def test_jerk_is_limited_between_two_points(jerk: float) -> None:
     machine = crane()
     motion = machine.point_to_point([0.1, 0.1], [0.4, 0.35], [jerk, jerk])
