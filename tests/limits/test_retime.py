@@ -152,15 +152,15 @@ def test_a_path_along_an_idle_joint_is_refused() -> None:
         Robot(parse_description(textwrap.dedent(text))).retime([[0.0, 0.0], [1.0, 0.0]])
 
 
-@pytest.mark.sweep
-def test_random_paths_keep_all_limits_and_stronger_pumps_are_faster() -> None:
-    rng = np.random.default_rng(5)
+@pytest.mark.parametrize("seed", swept([5, 6, 7, 8], [6]))
+def test_random_paths_keep_all_limits_and_stronger_pumps_are_faster(seed: int) -> None:
+    rng = np.random.default_rng(seed)
     weak, strong = crane(), crane(("power_limit: 5*kW", "power_limit: 9*kW"))
-    path = rng.uniform(0.08, 0.52, (4, 2))
-    motions = [machine.retime(path, stations=50) for machine in (weak, strong)]
+    path = rng.uniform(0.08, 0.52, (3, 2))
+    motions = [machine.retime(path, stations=40) for machine in (weak, strong)]
     assert_it_keeps_all(weak, motions[0])
     assert motions[1].duration < motions[0].duration * (1.0 + 1e-3)
-    slower = weak.retime(path, stations=50, share=0.8)
+    slower = weak.retime(path, stations=40, share=0.8)
     assert slower.duration > motions[0].duration
 
 
