@@ -1,0 +1,1 @@
+"""The field's benchmark problems, with this library and beside other engines."""
