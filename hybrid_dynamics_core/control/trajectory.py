@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BPoly, CubicSpline
 
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
@@ -74,7 +73,7 @@ class JointTrajectory:
         if len(points) == 1:
             self._curve = _spline(times, points[0].copy(), at_rest)
         else:
-            self._curve = BPoly.from_derivatives(times, np.stack(points, axis=1))
+            self._curve = _polynomials(times, np.stack(points, axis=1))
 
     @classmethod
     def between(
@@ -136,9 +135,18 @@ def _check_points(points: list[Array], count: int) -> None:
             raise InputError(f"{name} has an entry that is not finite")
 
 
-def _spline(times: Array, positions: Array, at_rest: bool) -> CubicSpline:
+def _spline(times: Array, positions: Array, at_rest: bool) -> Any:
     """The cubic spline through positions (N, n), at rest at both ends or not-a-knot there."""
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  slow to import
+
     ends = "not-a-knot"
     if at_rest:
         ends = "clamped"
     return CubicSpline(times, positions, axis=0, bc_type=ends)
+
+
+def _polynomials(times: Array, points: Array) -> Any:
+    """Polynomials through points (N, k, n) of positions and k - 1 derivatives."""
+    from scipy.interpolate import BPoly  # noqa: PLC0415  slow to import
+
+    return BPoly.from_derivatives(times, points)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from ..ground.arrays import Array
 from ..identification.outliers import noise_limit
@@ -130,6 +129,8 @@ class NormalEquations:
 
     def solved(self, noise: Array) -> Solution:
         """The solution at a noise (k,) [N m, N]."""
+        from scipy.linalg import cho_factor, cho_solve  # noqa: PLC0415  slow to import
+
         system = self._system
         weights = 1.0 / noise**2
         matrix = np.tensordot(weights, self._gram, axes=1) + np.eye(len(system.mean))

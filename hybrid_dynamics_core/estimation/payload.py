@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from ..dynamics.load_pattern import INERTIAL
 from ..dynamics.loads import Loads
@@ -265,10 +264,12 @@ class _Weighing:
 
     def _result(self, fit: Fit, rows: np.ndarray) -> PayloadEstimate:
         """The estimate from a fit to the blocks of a mask (B,); raises SensorError."""
+        from scipy.special import stdtrit  # noqa: PLC0415  slow to import
+
         mass = float(fit.values[0])
         deviation = float(np.sqrt(fit.covariance[0, 0]))
         check_result(self.runs[0], fit.noise, mass, deviation, IMPOSSIBLE)
-        quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, fit.free))
+        quantile = float(stdtrit(fit.free, 0.5 + 0.5 * CONFIDENCE))
         half_interval = quantile * deviation
         com, covariance = _centre(fit, self.reach)
         if self.com is not None:

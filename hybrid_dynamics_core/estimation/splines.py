@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import make_lsq_spline
 
 from ..ground.arrays import Array
 
@@ -26,6 +25,8 @@ def spline_derivatives(
     Returns:
         Derivatives (N, n) for each order, in the unit of the values over s^order.
     """
+    from scipy.interpolate import make_lsq_spline  # noqa: PLC0415  slow to import
+
     first, last = time[0], time[-1]
     interval = float(np.median(np.diff(time)))
     spacing = max(1.0 / (4.0 * bandwidth), 3.0 * interval)

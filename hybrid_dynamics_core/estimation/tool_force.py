@@ -12,7 +12,6 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from ..closed_state.state import ClosedState
 from ..control.momentum_observer import MAX_GAP, MomentumObserver, Residuals
@@ -109,7 +108,7 @@ class ToolForceModel:
         if deviation is None:
             deviation = deviation_before(robot, drives, self.loads, Tolerances())
         self.deviation = deviation
-        self.threshold = float(stats.chi2.isf(self.options.false_alarms, len(drives)))
+        self.threshold = _threshold(len(drives), self.options.false_alarms)
         self._axes = self._count_axes()
         self._parameters = parameters_of(robot, drives)
         self._friction = self._holding_friction()
@@ -308,6 +307,13 @@ def _at_ends(time: Array, bandwidth: float) -> Mask:
     """Mask (N,) of samples near the ends of a run that was smoothed to a bandwidth [Hz]."""
     near = END / bandwidth
     return np.asarray((time < time[0] + near) | (time > time[-1] - near))
+
+
+def _threshold(count: int, false_alarms: float) -> float:
+    """The value that a sum of `count` squares of normal numbers passes with this probability."""
+    from scipy.special import chdtri  # noqa: PLC0415  slow to import
+
+    return float(chdtri(count, false_alarms))
 
 
 def _check(robot: Robot, drives: tuple[str, ...], frame: str) -> None:

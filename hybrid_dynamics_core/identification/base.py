@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
 
 from ..dynamics.loads import Loads
 from ..dynamics.parameters import Parameters, described_parameters
@@ -120,6 +119,8 @@ def base_parameters(  # noqa: PLR0913, PLR0917 - a question with details
     Raises:
         InputError: no parameter has any effect on tau.
     """
+    from scipy.linalg import qr, solve_triangular  # noqa: PLC0415  slow to import
+
     robot = robot_of(robot)
     if parameters is None:
         parameters = described_parameters(robot.description)

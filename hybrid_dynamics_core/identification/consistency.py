@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from ..ground.arrays import Array
 
@@ -214,6 +213,8 @@ def _newton(
     C^-1 M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and the Hessian <F_k, F_l>.
     The step s minimises |R s + r|^2 + weight |F s + C^T C - E|^2.
     """
+    from scipy.linalg import solve_triangular  # noqa: PLC0415  slow to import
+
     size = len(x)
     residual = -(equations @ np.append(x, -1.0))
     rows = [np.column_stack([equations[:, :-1], residual])]

@@ -8,8 +8,6 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
-from scipy.linalg import qr, solve_triangular
 
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..description.effects import JointEffect
@@ -227,6 +225,8 @@ class _Fit:
 
     def _check_shown(self) -> None:
         """Raise InputError if the samples do not separate the effects of some base parameters."""
+        from scipy.linalg import qr  # noqa: PLC0415  slow to import
+
         size = self.base.size
         matrix = self.columns.reshape(-1, size)
         norms = np.linalg.norm(matrix, axis=0)
@@ -256,6 +256,8 @@ class _Fit:
 
     def _solved(self) -> tuple[Array, Array, Array]:
         """Estimate with the present weights, triangle R of the scaled equations, and the scales."""
+        from scipy.linalg import solve_triangular  # noqa: PLC0415  slow to import
+
         matrix = self.weighted(self.columns)
         sizes = np.linalg.norm(matrix, axis=0)
         q, triangle = np.linalg.qr(matrix / sizes)
@@ -264,6 +266,8 @@ class _Fit:
 
     def _deviation(self, residual: Array, triangle: Array, sizes: Array) -> Array:
         """(b,) standard deviation of each base parameter."""
+        from scipy.linalg import solve_triangular  # noqa: PLC0415  slow to import
+
         normalised = residual / self.noise
         scale = np.sqrt((normalised**2).sum() / self._free)
         inverse = solve_triangular(triangle, np.eye(self.base.size))
@@ -272,7 +276,9 @@ class _Fit:
 
     def _interval(self) -> Array:
         """(b, 2) confidence interval of each base parameter."""
-        quantile = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, self._free)
+        from scipy.special import stdtrit  # noqa: PLC0415  slow to import
+
+        quantile = stdtrit(self._free, 0.5 + 0.5 * CONFIDENCE)
         reach = float(quantile) * self.deviation
         low = self.beta - reach
         high = self.beta + reach

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
-from scipy.linalg import solve_triangular
 
 from ..ground.arrays import Array
 
@@ -31,14 +29,18 @@ LEAST_FREE = 1e-9  # 1 - leverage below which an equation alone determines a par
 
 def noise_limit(count: int) -> float:
     """Deviations within which the largest of `count` Gaussian values stays in 19 of 20 cases."""
+    from scipy.special import ndtri  # noqa: PLC0415  slow to import
+
     tail = 0.5 * CASES / max(count, 1)
-    return float(stats.norm.isf(tail))
+    return float(-ndtri(tail))
 
 
 def robust_deviation(values: Array) -> Array:
     """Standard deviation (n,) of Gaussian values (N, n) about zero, by the median of sizes."""
+    from scipy.special import ndtri  # noqa: PLC0415  slow to import
+
     medians = np.median(np.abs(values), axis=0)
-    return np.asarray(medians / stats.norm.ppf(0.75))
+    return np.asarray(medians / ndtri(0.75))
 
 
 def least_deviation(deviation: Array, size: Array, count: int) -> Array:
@@ -118,6 +120,8 @@ def _studentised(
     equations, the weight w of an equation, and its leverage h at weight one, the residual is r / (1
     - w^2 h) with the variance 1 + h / (1 - w^2 h).
     """
+    from scipy.linalg import solve_triangular  # noqa: PLC0415  slow to import
+
     size = columns.shape[-1]
     weighted = columns * weights[..., None]
     matrix = weighted.reshape(-1, size)

@@ -1,5 +1,8 @@
 """A node whose cache of compiled code is empty: the stream goes on while code is made beside it."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
@@ -108,3 +111,13 @@ def assert_one_or_other(rows, old, new):
         if changed:
             np.testing.assert_array_equal(row, new)
     assert is_new == sorted(is_new)
+
+
+@pytest.mark.parametrize("part", ["node.lifecycle", "services.worker"])
+def test_a_start_takes_no_libraries_that_are_slow_to_start(part):
+    code = (
+        f"import sys, hybrid_dynamics_ros.{part};"
+        "print([name for name in sys.modules if name.startswith('scipy')])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
