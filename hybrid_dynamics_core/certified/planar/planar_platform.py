@@ -144,36 +144,34 @@ def planar_platform(block: BlockSolver) -> PlanarPlatform | None:
         return None
     unknown = frozenset(block.unknowns)
     shared = _shared(pins)
-    legs, tips, carriers = [], [], []
-    for pin in pins:
-        parts = _parts(pin, unknown, shared)
-        if parts is None:
-            return None
-        leg, carrier, tip = parts
-        legs.append(leg)
-        carriers.append(carrier)
-        tips.append(tip)
-    carrier = carriers[0]
+    parts = [_parts(pin, unknown, shared) for pin in pins]
+    usable = [part for part in parts if part is not None]
+    if len(usable) < len(pins):
+        return None
+    legs = [leg for leg, _, _ in usable]
+    tips = [tip for _, _, tip in usable]
+    carriers = [carrier for _, carrier, _ in usable]
+    if any(carrier != carriers[0] for carrier in carriers):
+        return None
+    return _on_carrier(carriers[0], unknown, legs, tips)
+
+
+def _on_carrier(
+    carrier: Joints,
+    unknown: frozenset[int],
+    legs: Sequence[PlanarLeg],
+    tips: Sequence[Vector],
+) -> PlanarPlatform | None:
+    """The platform at the end of a chain; None if it is not on three legs."""
     moving = tuple(joint for joint in carrier if joint.coordinate in unknown)
-    if any(other != carrier for other in carriers):
-        return None
     kinds = [joint.revolute for joint in moving]
-    on_leg = kinds == TWO_PIVOTS and moving[-1] is carrier[-1] and len(legs) == LEGS - 1
-    if on_leg:
-        legs.insert(
-            0,
-            PlanarLeg(carrier[:-1], moving[0], moving[1].place),
-        )
-        tips.insert(0, moving[1].place)
-    elif kinds != SLIDES_AND_PIVOT or len(legs) != LEGS:
+    if kinds == SLIDES_AND_PIVOT and len(legs) == LEGS:
+        return PlanarPlatform(carrier, moving, tuple(tips), tuple(legs), on_leg=False)
+    if kinds != TWO_PIVOTS or moving[-1] is not carrier[-1] or len(legs) != LEGS - 1:
         return None
-    return PlanarPlatform(
-        carrier,
-        moving,
-        tuple(tips),
-        tuple(legs),
-        on_leg,
-    )
+    first = PlanarLeg(carrier[:-1], moving[0], moving[1].place)
+    all_tips = (moving[1].place, *tips)
+    return PlanarPlatform(carrier, moving, all_tips, (first, *legs), on_leg=True)
 
 
 def _aim(

@@ -81,20 +81,29 @@ def leg_platform(block: BlockSolver) -> LegPlatform | None:
     equations = len(legs) + 3 * len(hinges)
     if not loops or not equations == len(block.equations) == len(block.unknowns):
         return None
-    chains = [leg.target.bodies for leg in legs] + [hinge.carrier.bodies for hinge in hinges]
-    if any(bodies != chains[0] for bodies in chains) or any(_moves(leg, unknown) for leg in legs):
+    chains = [leg.target for leg in legs]
+    chains += [hinge.carrier for hinge in hinges]
+    if any(_moves(leg, unknown) for leg in legs):
         return None
-    carrier = carrier_of(Chain(chains[0], ZERO3), unknown)
+    carrier = _common_carrier(chains, unknown)
     if carrier is None:
         return None
     all_legs = (*carrier.legs, *legs)
     all_hinges = (*carrier.hinges, *hinges)
-    distances = len(all_legs) + 2 * len(all_hinges)
-    if carrier.is_fixed and distances != TURNING_LEGS:
-        return None
-    if not carrier.is_fixed and distances != LEGS:
+    wanted = LEGS
+    if carrier.is_fixed:
+        wanted = TURNING_LEGS
+    if len(all_legs) + 2 * len(all_hinges) != wanted:
         return None
     return LegPlatform(carrier, all_legs, all_hinges)
+
+
+def _common_carrier(chains: Sequence[Chain], unknown: frozenset[int]) -> Carrier | None:
+    """The carrier of a platform to which all these chains lead; None if there is none."""
+    bodies = chains[0].bodies
+    if any(chain.bodies != bodies for chain in chains):
+        return None
+    return carrier_of(Chain(bodies, ZERO3), unknown)
 
 
 def _moves(leg: Distance, unknown: frozenset[int]) -> bool:
