@@ -79,7 +79,7 @@ class Capability:
         self.drives = machine.all_drives
         self._jacobian = machine.jacobian(state, frame)
         self._to_tau = machine.drive_rates(state).T
-        self.limits = _limits(machine, efforts)
+        self.limits = _limits(machine, state, efforts)
         self.rates = _rates(machine, rates)
         self._still = np.zeros(len(machine.active))
 
@@ -308,10 +308,20 @@ def _at_limit(names: Sequence[str], forces: Array, image: BoxImage) -> tuple[str
 
 
 def _limits(
-    machine: Machine, efforts: Mapping[str, float] | None
+    machine: Machine,
+    state: ClosedState,
+    efforts: Mapping[str, float] | None,
 ) -> dict[str, tuple[float, float]]:
     """Least and greatest effort by drive [N m, N]: the caller's where given, else the robot's."""
     limits = dict(machine.effort_ranges)
+    for name, (lower, upper) in limits.items():
+        joint = machine.description.joints.get(name)
+        if joint is None or joint.effort_table is None:
+            continue
+        place = machine.coordinates.index(name)
+        table = joint.effort_table.at(state.s[place], state.ds[place])
+        largest = float(table)
+        limits[name] = (max(lower, -largest), min(upper, largest))
     for name, value in mapping_of("efforts", efforts).items():
         if name not in limits:
             raise InputError(f"efforts: {no_such_name('drive', name, limits)}")

@@ -8,12 +8,17 @@ from typing import Protocol
 from numpy.typing import ArrayLike
 
 from ..closed_state.state import ClosedState
+from ..description.model import RobotDescription
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 
 
 class Machine(Protocol):
     """What a capability needs of a robot."""
+
+    @property
+    def description(self) -> RobotDescription:
+        """The description."""
 
     @property
     def active(self) -> tuple[str, ...]:

@@ -149,9 +149,18 @@ class Limits:
             return np.zeros((*state.s.shape[:-1], 0))
         if not self._transmissions:
             by_name = self.machine.drive_forces(state, tau)
-            return np.stack([by_name[name] for name in self.drives], axis=-1)
+            return np.stack(
+                [by_name[name] for name in self.drives],
+                axis=-1,
+            )
         rates = self.drive_rates(state)[..., self._driven]
-        inverse = np.linalg.pinv(np.swapaxes(rates, -1, -2))
+        inverse = np.linalg.pinv(
+            np.swapaxes(
+                rates,
+                -1,
+                -2,
+            )
+        )
         driven = tau[..., self._driven, None]
         return np.asarray((inverse @ driven)[..., 0])
 
@@ -175,8 +184,14 @@ class Limits:
             upper[..., k] = most
             if name in self.machine.description.actuators:
                 pull, push = self._cylinders.force_bounds(state, name)
-                lower[..., k] = np.maximum(lower[..., k], pull)
-                upper[..., k] = np.minimum(upper[..., k], push)
+                lower[..., k] = np.maximum(
+                    lower[..., k],
+                    pull,
+                )
+                upper[..., k] = np.minimum(
+                    upper[..., k],
+                    push,
+                )
         return lower, upper
 
     def clip(self, state: ClosedState, forces: Array) -> Array:
@@ -186,7 +201,11 @@ class Limits:
         for k, name in enumerate(self.drives):
             if name in self.machine.description.actuators:
                 pull, push = self._cylinders.flow_bounds(state, name)
-                given[..., k] = np.clip(given[..., k], pull, push)
+                given[..., k] = np.clip(
+                    given[..., k],
+                    pull,
+                    push,
+                )
         return given
 
     def _strongest(self, state: ClosedState, name: str) -> Array:

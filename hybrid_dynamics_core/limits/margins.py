@@ -61,14 +61,25 @@ class LimitMargins:
     @property
     def margins(self) -> Array:
         """Margins (k,) or (N, k) to the nearer bound, negative beyond it."""
-        return np.asarray(np.minimum(self.values - self.lower, self.upper - self.values))
+        return np.asarray(
+            np.minimum(
+                self.values - self.lower,
+                self.upper - self.values,
+            )
+        )
 
     @property
     def shares(self) -> Array:
         """Margins over the size of the bound that is nearer."""
         is_upper = self.upper - self.values <= self.values - self.lower
         nearer = np.where(is_upper, self.upper, self.lower)
-        return np.asarray(self.margins / np.maximum(np.abs(nearer), ROUNDING))
+        return np.asarray(
+            self.margins
+            / np.maximum(
+                np.abs(nearer),
+                ROUNDING,
+            )
+        )
 
     @property
     def beyond(self) -> tuple[Margin, ...]:
@@ -90,7 +101,10 @@ class LimitMargins:
     def _smallest(self) -> list[Margin]:
         """The smallest margin of each quantity over the batch."""
         margins = np.atleast_2d(self.margins)
-        values, lower, upper = map(np.atleast_2d, (self.values, self.lower, self.upper))
+        values, lower, upper = map(
+            np.atleast_2d,
+            (self.values, self.lower, self.upper),
+        )
         result: list[Margin] = []
         for k, row in enumerate(self.rows):
             if not np.isfinite(margins[:, k]).any():
@@ -134,18 +148,30 @@ def limit_margins(
 
 
 def margins_of(
-    limits: Limits, state: ClosedState, tau: ArrayLike, ddu: ArrayLike | None = None
+    limits: Limits,
+    state: ClosedState,
+    tau: ArrayLike,
+    ddu: ArrayLike | None = None,
 ) -> LimitMargins:
     """`limit_margins` with limits that are collected already."""
     values = limits.values(state, tau, ddu)
-    return LimitMargins(tuple(limits.rows), values, *limits.bounds(state))
+    return LimitMargins(
+        tuple(limits.rows),
+        values,
+        *limits.bounds(state),
+    )
 
 
 def _share(margin: Margin) -> float:
     return margin.margin / max(abs(margin.limit), ROUNDING)
 
 
-def _margin(row: Row, value: float, bounds: tuple[float, float], index: int) -> Margin:
+def _margin(
+    row: Row,
+    value: float,
+    bounds: tuple[float, float],
+    index: int,
+) -> Margin:
     """The margin of a value to the nearer one of two bounds."""
     lower, upper = bounds
     limit, margin = upper, upper - value
@@ -156,4 +182,13 @@ def _margin(row: Row, value: float, bounds: tuple[float, float], index: int) -> 
         what = "beyond"
     amounts = f"{value:.6g} {row.unit}, {abs(margin):.4g} {row.unit} {what} {row.bound}"
     text = f"{row.words} {amounts} of {limit:.6g} {row.unit}"
-    return Margin(row.kind, row.name, value, limit, margin, row.unit, index, text)
+    return Margin(
+        row.kind,
+        row.name,
+        value,
+        limit,
+        margin,
+        row.unit,
+        index,
+        text,
+    )

@@ -106,7 +106,15 @@ def _pressures(machine: Machine) -> Iterator[Row]:
             bound = "its relief valve"
         words = f"the cylinder of {name} needs"
         most = cylinder.highest_pressure
-        yield Row("pressure", name, words, "Pa", -math.inf, most, bound)
+        yield Row(
+            "pressure",
+            name,
+            words,
+            "Pa",
+            -math.inf,
+            most,
+            bound,
+        )
 
 
 def _flows(machine: Machine) -> Iterator[Row]:
@@ -129,10 +137,24 @@ def _powers(machine: Machine, drives: tuple[str, ...]) -> Iterator[Row]:
 def _pump_flows(machine: Machine) -> Iterator[Row]:
     for name, pump in machine.description.pumps.items():
         words = f"the pump '{name}' gives a flow of"
-        yield Row("pump_flow", name, words, "m^3/s", -math.inf, pump.flow_limit)
+        yield Row(
+            "pump_flow",
+            name,
+            words,
+            "m^3/s",
+            -math.inf,
+            pump.flow_limit,
+        )
 
 
 def _pump_powers(machine: Machine) -> Iterator[Row]:
     for name, pump in machine.description.pumps.items():
         words = f"the pump '{name}' gives a power of"
-        yield Row("pump_power", name, words, "W", -math.inf, pump.power_limit)
+        yield Row(
+            "pump_power",
+            name,
+            words,
+            "W",
+            -math.inf,
+            pump.power_limit,
+        )

@@ -74,8 +74,19 @@ class Constraints:
             InputError: a loop does not close.
         """
         u = self.curve.at(s)
-        du = self.curve.at(s, 1) * np.sqrt(x)[:, None]
-        state = self.machine.close(u, du, check=False, near=self.near)
+        du = (
+            self.curve.at(
+                s,
+                1,
+            )
+            * np.sqrt(x)[:, None]
+        )
+        state = self.machine.close(
+            u,
+            du,
+            check=False,
+            near=self.near,
+        )
         bad = np.flatnonzero(np.atleast_1d(state.status) != ClosureStatus.OK)
         if bad.size:
             place = self.curve.between(float(s[bad[0]]))
@@ -99,7 +110,16 @@ class Constraints:
             dds: s'' (M,).
         """
         state = self.state(s, x)
-        slope, curvature = self.curve.at(s, 1), self.curve.at(s, 2)
+        slope, curvature = (
+            self.curve.at(
+                s,
+                1,
+            ),
+            self.curve.at(
+                s,
+                2,
+            ),
+        )
         ddu = slope * dds[:, None] + curvature * x[:, None]
         tau = self.machine.inverse_dynamics(state, ddu, self.loads)
         forces = self.limits.forces(state, tau)
@@ -108,7 +128,11 @@ class Constraints:
         parts = [forces - self.share * upper, self.share * lower - forces]
         parts = [part / size for part in parts]
         if self._acceleration_rows:
-            values = self.limits.values(state, tau, ddu)[:, self._acceleration_rows]
+            values = self.limits.values(
+                state,
+                tau,
+                ddu,
+            )[:, self._acceleration_rows]
             most = np.array([self.limits.rows[k].upper for k in self._acceleration_rows])
             ratio = values / most
             parts += [ratio - self.share, -ratio - self.share]
@@ -165,7 +189,12 @@ class Constraints:
             return np.zeros(len(s))
         state = self.state(s, x)
         tau = np.zeros_like(state.u)
-        values = np.abs(self.limits.values(state, tau))[:, self._speed_rows]
+        values = np.abs(
+            self.limits.values(
+                state,
+                tau,
+            )
+        )[:, self._speed_rows]
         upper = self.limits.bounds(state)[1][:, self._speed_rows]
         return np.asarray((values / upper).max(axis=1))
 
@@ -178,10 +207,33 @@ class Constraints:
         ahead = self.residuals(s, x + step, still)
         behind = self.residuals(s, x - step, still)
         active = np.isfinite(here) & np.isfinite(ahead) & np.isfinite(behind)
-        here, pushed = np.where(active, here, -1.0), np.where(active, pushed, -1.0)
-        rise = np.where(active, ahead, 0.0) - np.where(active, behind, 0.0)
+        here, pushed = (
+            np.where(
+                active,
+                here,
+                -1.0,
+            ),
+            np.where(
+                active,
+                pushed,
+                -1.0,
+            ),
+        )
+        rise = np.where(
+            active,
+            ahead,
+            0.0,
+        ) - np.where(
+            active,
+            behind,
+            0.0,
+        )
         b = rise / (2.0 * step[:, None])
-        return Rows(pushed - here, b, here - b * x[:, None])
+        return Rows(
+            pushed - here,
+            b,
+            here - b * x[:, None],
+        )
 
     def name_of(self, k: int) -> str:
         """The drive or joint of a residual."""
@@ -194,7 +246,13 @@ class Constraints:
 
 def _sizes(lower: Array, upper: Array) -> Array:
     """Sizes (M, m) of ranges of forces; one where nothing limits."""
-    ends = np.maximum(np.abs(lower), np.abs(upper))
+    ends = np.maximum(
+        np.abs(lower),
+        np.abs(upper),
+    )
     ends = np.where(np.isfinite(ends), ends, 0.0)
     largest = ends.max(axis=0, initial=0.0)
-    return np.broadcast_to(np.where(largest > 0.0, largest, 1.0), lower.shape)
+    return np.broadcast_to(
+        np.where(largest > 0.0, largest, 1.0),
+        lower.shape,
+    )

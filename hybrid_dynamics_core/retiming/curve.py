@@ -45,16 +45,30 @@ class Curve:
         moving = extent > 0.0
         if not moving.any():
             raise InputError("the path has one point only; expected two or more that are apart")
-        steps = np.diff(points[:, moving], axis=0) / extent[moving]
+        steps = (
+            np.diff(
+                points[:, moving],
+                axis=0,
+            )
+            / extent[moving]
+        )
         chords = np.linalg.norm(steps, axis=1)
         apart = np.append(True, chords > SAME)
         self.points = points[apart]
-        self.s = np.append(0.0, np.cumsum(chords[apart[1:]]))
+        self.s = np.append(
+            0.0,
+            np.cumsum(chords[apart[1:]]),
+        )
         kind = "not-a-knot"
         if len(self.s) < 4:
             kind = "natural"
         self.boundary = kind
-        self._spline = CubicSpline(self.s, self.points, axis=0, bc_type=kind)
+        self._spline = CubicSpline(
+            self.s,
+            self.points,
+            axis=0,
+            bc_type=kind,
+        )
 
     @property
     def end(self) -> float:

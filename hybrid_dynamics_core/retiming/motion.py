@@ -58,7 +58,11 @@ class TimedMotion:
         t = real_array("t", t)
         within = np.clip(t, 0.0, self.duration)
         last = len(self.s) - 2
-        k = np.clip(np.searchsorted(self.times, within, side="right") - 1, 0, last)
+        k = np.clip(
+            np.searchsorted(self.times, within, side="right") - 1,
+            0,
+            last,
+        )
         rate = np.sqrt(self.x)
         tau = within - self.times[k]
         acceleration = accelerations(self.s, self.x)[k]
@@ -67,7 +71,16 @@ class TimedMotion:
         moving = (t >= 0.0) & (t <= self.duration)
         ds = np.where(moving, np.maximum(ds, 0.0), 0.0)
         dds = np.where(moving, acceleration, 0.0)
-        slope, curvature = self.curve.at(s, 1), self.curve.at(s, 2)
+        slope, curvature = (
+            self.curve.at(
+                s,
+                1,
+            ),
+            self.curve.at(
+                s,
+                2,
+            ),
+        )
         du = slope * ds[..., None]
         ddu = slope * dds[..., None] + curvature * ds[..., None] ** 2
         return MotionPoint(self.curve.at(s), du, ddu)
@@ -81,5 +94,11 @@ def accelerations(s: Array, x: Array) -> Array:
 def times_of(s: Array, x: Array) -> Array:
     """Times (N,) of the stations [s]."""
     rate = np.sqrt(x)
-    sums = np.maximum(rate[:-1] + rate[1:], 1e-300)
-    return np.append(0.0, np.cumsum(2.0 * np.diff(s) / sums))
+    sums = np.maximum(
+        rate[:-1] + rate[1:],
+        1e-300,
+    )
+    return np.append(
+        0.0,
+        np.cumsum(2.0 * np.diff(s) / sums),
+    )

@@ -53,7 +53,11 @@ class JerkLimitedMotion:
         within = np.clip(real_array("t", t), 0.0, self.duration)
         s, ds, dds = self.profile.at(within)
         slope = self.curve.at(s, 1)
-        return MotionPoint(self.curve.at(s), slope * ds[..., None], slope * dds[..., None])
+        return MotionPoint(
+            self.curve.at(s),
+            slope * ds[..., None],
+            slope * dds[..., None],
+        )
 
 
 def point_to_point(
@@ -84,15 +88,34 @@ def point_to_point(
     Raises:
         InputError: as in `retime`, or a jerk is not above zero.
     """
-    points = np.stack([real_array("start", start), real_array("end", end)])
+    points = np.stack(
+        [
+            real_array(
+                "start",
+                start,
+            ),
+            real_array(
+                "end",
+                end,
+            ),
+        ]
+    )
     curve = curve_of(points, machine.active)
-    largest = np.broadcast_to(real_array("jerk", jerk), points[0].shape)
+    largest = np.broadcast_to(
+        real_array("jerk", jerk),
+        points[0].shape,
+    )
     if not (largest > 0.0).all():
         raise InputError(f"jerk is {largest.tolist()}; expected numbers above zero")
     constraints = Constraints(machine, curve, loads, None, checked_share(share))
     search = search_of(constraints)
     search.check_path()
-    slope = np.abs(curve.at(np.zeros(1), 1)[0])
+    slope = np.abs(
+        curve.at(
+            np.zeros(1),
+            1,
+        )[0]
+    )
     moving = slope > 0.0
     strongest = float((largest[moving] / slope[moving]).min())
     profile = _Ramps(constraints, search.fastest(), strongest).shortest()
@@ -154,7 +177,14 @@ class _Ramps:
         ratio = self._constraints.speed_ratio(s, squares)
         if ratio.max() > self._constraints.share * (1.0 - _RESERVE):
             return None
-        if self._constraints.residuals(s, squares, dds).max() > -_RESERVE:
+        if (
+            self._constraints.residuals(
+                s,
+                squares,
+                dds,
+            ).max()
+            > -_RESERVE
+        ):
             return None
         return profile
 
@@ -164,4 +194,9 @@ def _grid(profile: Ramp) -> Array:
     fractions = np.linspace(0.0, 1.0, _PLACES, endpoint=False)
     spans = np.diff(profile.times)
     times = profile.times[:-1, None] + spans[:, None] * fractions
-    return np.unique(np.append(times.ravel(), profile.duration))
+    return np.unique(
+        np.append(
+            times.ravel(),
+            profile.duration,
+        )
+    )

@@ -53,7 +53,10 @@ def fastest_profile(s: Array, rows: Rows, fastest: Array) -> Array:
             [2.0 * steps[k], 1.0, -high[k + 1]],
             [-2.0 * steps[k], -1.0, low[k + 1]],
         ]
-        low[k], high[k] = _range_of_x(np.vstack([stretch, ends]), fastest[k])
+        low[k], high[k] = _range_of_x(
+            np.vstack([stretch, ends]),
+            fastest[k],
+        )
         if not low[k] <= high[k]:
             raise BlockedError(k)
     if low[0] > 0.0:
@@ -61,7 +64,12 @@ def fastest_profile(s: Array, rows: Rows, fastest: Array) -> Array:
     return _forward(steps, stretches[::-1], low, high)
 
 
-def _forward(steps: Array, stretches: list[Array], low: Array, high: Array) -> Array:
+def _forward(
+    steps: Array,
+    stretches: list[Array],
+    low: Array,
+    high: Array,
+) -> Array:
     """The fastest profile within reachable squares low to high (N,) of s'."""
     x = np.zeros(len(steps) + 1)
     for k, step in enumerate(steps):
@@ -69,14 +77,24 @@ def _forward(steps: Array, stretches: list[Array], low: Array, high: Array) -> A
         pushing = a > _ZERO
         bounds = -(b * x[k] + c)[pushing] / a[pushing]
         reached = x[k] + 2.0 * step * bounds.min(initial=np.inf)
-        x[k + 1] = np.clip(reached, low[k + 1], high[k + 1])
+        x[k + 1] = np.clip(
+            reached,
+            low[k + 1],
+            high[k + 1],
+        )
     return x
 
 
 def _stretch(rows: Rows, k: int, step: float) -> Array:
     """Rows (2 k, 3) of x and u at station k that hold at both ends of the stretch after it."""
-    here = np.stack([rows.a[k], rows.b[k], rows.c[k]], axis=1)
-    ahead = np.stack([rows.a[k + 1], rows.b[k + 1], rows.c[k + 1]], axis=1)
+    here = np.stack(
+        [rows.a[k], rows.b[k], rows.c[k]],
+        axis=1,
+    )
+    ahead = np.stack(
+        [rows.a[k + 1], rows.b[k + 1], rows.c[k + 1]],
+        axis=1,
+    )
     ahead[:, 0] += 2.0 * step * ahead[:, 1]
     return np.vstack([here, ahead])
 
@@ -99,8 +117,14 @@ def _range_of_x(rows: Array, fastest: float) -> tuple[float, float]:
     slopes = np.concatenate([slopes, b[flat]])
     offsets = np.concatenate([offsets, c[flat]])
     rising, falling = slopes > _ZERO, slopes < -_ZERO
-    high = np.min(-offsets[rising] / slopes[rising], initial=fastest)
-    low = np.max(-offsets[falling] / slopes[falling], initial=0.0)
+    high = np.min(
+        -offsets[rising] / slopes[rising],
+        initial=fastest,
+    )
+    low = np.max(
+        -offsets[falling] / slopes[falling],
+        initial=0.0,
+    )
     level = ~(rising | falling)
     if (offsets[level] > _SLACK * (1.0 + np.abs(offsets[level]))).any():
         return 1.0, 0.0

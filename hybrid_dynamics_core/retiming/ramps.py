@@ -32,8 +32,16 @@ class Ramp(NamedTuple):
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Position, rate and acceleration (N,) at times (N,) of the move [s]."""
-        k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, 6)
-        x, v, a = np.moveaxis(self.states[k], -1, 0)
+        k = np.clip(
+            np.searchsorted(self.times, t, side="right") - 1,
+            0,
+            6,
+        )
+        x, v, a = np.moveaxis(
+            self.states[k],
+            -1,
+            0,
+        )
         tau = t - self.times[k]
         jerk = self.jerks[k]
         acceleration = a + jerk * tau
@@ -42,7 +50,12 @@ class Ramp(NamedTuple):
         return position, rate, acceleration
 
 
-def ramp(way: float, rate: float, acceleration: float, jerk: float) -> Ramp:
+def ramp(
+    way: float,
+    rate: float,
+    acceleration: float,
+    jerk: float,
+) -> Ramp:
     """The shortest move over a way from rest to rest.
 
     Args:
@@ -59,7 +72,13 @@ def ramp(way: float, rate: float, acceleration: float, jerk: float) -> Ramp:
     spans = np.array([bend, push, bend, cruise, bend, push, bend])
     jerks = jerk * np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
     states = np.zeros((8, 3))
-    for k, (span, constant) in enumerate(zip(spans, jerks, strict=True)):
+    for k, (span, constant) in enumerate(
+        zip(
+            spans,
+            jerks,
+            strict=True,
+        )
+    ):
         x, v, a = states[k]
         states[k + 1] = [
             x + v * span + a * span**2 / 2.0 + constant * span**3 / 6.0,

@@ -102,7 +102,13 @@ def _stations(constraints: Constraints, count: int) -> Array:
     turns = constraints.turns(dense)
     gaps = np.abs(np.subtract.outer(s, turns))
     # the turns take the places of stations that are close to them
-    is_free = gaps.min(axis=1, initial=end) > _CLOSE * end / count
+    is_free = (
+        gaps.min(
+            axis=1,
+            initial=end,
+        )
+        > _CLOSE * end / count
+    )
     is_free[0] = is_free[-1] = True
     margin = _CLOSE * end / count**2
     inside = turns[(turns > margin) & (turns < end - margin)]
@@ -126,7 +132,10 @@ class Search:
         fractions = np.linspace(0.0, 1.0, count + 1)
         fractions = np.clip(fractions, _BESIDE, 1.0 - _BESIDE)
         inside = s[:-1, None] + np.diff(s)[:, None] * fractions
-        self.stretch = np.repeat(np.arange(len(s) - 1), len(fractions))
+        self.stretch = np.repeat(
+            np.arange(len(s) - 1),
+            len(fractions),
+        )
         self.fraction = np.tile(fractions, len(s) - 1)
         self.fine = inside.ravel()
 
@@ -152,9 +161,23 @@ class Search:
     def _not_held(self, state: ClosedState, worst: int, s: float) -> InputError:
         """The error for a place at which the drives cannot hold the machine."""
         machine = self.constraints.machine
-        one = machine.close(state.u[worst], near=self.constraints.near)
-        tau = machine.inverse_dynamics(one, np.zeros_like(one.u), self.constraints.loads)
-        texts = [margin.text for margin in margins_of(self.constraints.limits, one, tau).beyond]
+        one = machine.close(
+            state.u[worst],
+            near=self.constraints.near,
+        )
+        tau = machine.inverse_dynamics(
+            one,
+            np.zeros_like(one.u),
+            self.constraints.loads,
+        )
+        texts = [
+            margin.text
+            for margin in margins_of(
+                self.constraints.limits,
+                one,
+                tau,
+            ).beyond
+        ]
         what = "; ".join(texts) or "less than the given share of a limit is needed"
         problem = f"{self.curve.between(s)}, the drives cannot hold {machine.name} at rest: {what}"
         warnings = [text for text in machine.description.warnings if "are these bar?" in text]
@@ -185,11 +208,26 @@ class Search:
         still = np.zeros(len(self.s))
         here = self.constraints.residuals(self.s, still, still)
         with np.errstate(divide="ignore", invalid="ignore"):
-            a = self.constraints.residuals(self.s, still, still + 1.0) - here
+            a = (
+                self.constraints.residuals(
+                    self.s,
+                    still,
+                    still + 1.0,
+                )
+                - here
+            )
             each = np.where(a > 0.0, -here / a, np.inf)
         strongest = each.min(axis=1)
         # from rest no more is reached than by the strongest push all along the path
-        reached = 8.0 * np.where(np.isfinite(strongest), strongest, 0.0).max() * self.curve.end
+        reached = (
+            8.0
+            * np.where(
+                np.isfinite(strongest),
+                strongest,
+                0.0,
+            ).max()
+            * self.curve.end
+        )
         bounded = np.minimum(fastest, reached if reached > 0.0 else np.inf)
         if not np.isfinite(bounded).all():
             raise InputError(
@@ -235,7 +273,11 @@ class Search:
         """The fastest profile (N,) under tangents at a profile."""
         at = np.maximum(touched, _FLOOR * touched.max())
         rows = self.constraints.rows(self.s, at)
-        closer = Rows(rows.a, rows.b, rows.c + narrowed + _RESERVE)
+        closer = Rows(
+            rows.a,
+            rows.b,
+            rows.c + narrowed + _RESERVE,
+        )
         return fastest_profile(self.s, closer, fastest)
 
     def _fine_profile(self, x: Array) -> tuple[Array, Array]:
@@ -256,9 +298,21 @@ class Search:
         # about a turn values jump; either side of it has a station
         widths = np.diff(self.s)
         is_smooth = widths > _JUMP * self.curve.end / count
-        by_stretch = _peaks(residuals.reshape(count, -1, residuals.shape[1]), is_smooth)
-        ratio = self.constraints.speed_ratio(self.fine, squares) / self.constraints.share
-        ratio_by_stretch = _peaks(ratio.reshape(count, -1, 1), is_smooth)[:, 0]
+        by_stretch = _peaks(
+            residuals.reshape(count, -1, residuals.shape[1]),
+            is_smooth,
+        )
+        ratio = (
+            self.constraints.speed_ratio(
+                self.fine,
+                squares,
+            )
+            / self.constraints.share
+        )
+        ratio_by_stretch = _peaks(
+            ratio.reshape(count, -1, 1),
+            is_smooth,
+        )[:, 0]
         return _about_stations(by_stretch), _about_stations(ratio_by_stretch)
 
     def _within(self, x: Array) -> Array:
@@ -267,7 +321,10 @@ class Search:
             excess, ratio = self._excess(x)
             if excess.max() <= 0.0 and ratio.max() <= 1.0:
                 return x
-            x = x * min(_slowed(excess.max()), 1.0 / max(ratio.max(), 1.0) ** 2)
+            x = x * min(
+                _slowed(excess.max()),
+                1.0 / max(ratio.max(), 1.0) ** 2,
+            )
         raise InputError("no motion along the path keeps all limits, however slow")
 
     # -- result
@@ -275,7 +332,16 @@ class Search:
     def _finished(self, x: Array, loads: Loads | None) -> TimedMotion:
         squares, dds = self._fine_profile(x)
         state = self.constraints.state(self.fine, squares)
-        slope, curvature = self.curve.at(self.fine, 1), self.curve.at(self.fine, 2)
+        slope, curvature = (
+            self.curve.at(
+                self.fine,
+                1,
+            ),
+            self.curve.at(
+                self.fine,
+                2,
+            ),
+        )
         ddu = slope * dds[:, None] + curvature * squares[:, None]
         tau = self.constraints.machine.inverse_dynamics(state, ddu, loads)
         self.constraints.check_idle(tau)
@@ -298,8 +364,18 @@ def _peaks(values: Array, is_smooth: np.ndarray) -> Array:
     Between two places a smooth curve is above its chord by an eighth of the second difference.
     """
     with np.errstate(invalid="ignore"):
-        bends = np.abs(np.diff(values, n=2, axis=1)).max(axis=1)
-    bends = np.where(np.isfinite(bends) & is_smooth[:, None], bends, 0.0)
+        bends = np.abs(
+            np.diff(
+                values,
+                n=2,
+                axis=1,
+            )
+        ).max(axis=1)
+    bends = np.where(
+        np.isfinite(bends) & is_smooth[:, None],
+        bends,
+        0.0,
+    )
     return np.asarray(values.max(axis=1) + bends / 8.0)
 
 

@@ -126,6 +126,19 @@ def test_margins_are_those_of_the_hydraulics(machine: Robot) -> None:
     assert "the pump 'main' gives" in worst.text
 
 
+def test_a_table_counts_at_the_state_of_a_capability() -> None:
+    lift = "lift_cylinder: {type: prismatic,"
+    table = "effort_table: {rate: [0], position: [0.1, 0.5], effort: [[20000], [9000]]},"
+    machine, plain = crane((lift, f"{lift} {table}")), crane()
+    for stroke, largest in ((0.1, 20e3), (0.3, 14.5e3), (0.6, 9e3)):
+        state = machine.close([stroke, 0.2])
+        limited = machine.capability(state).lifted_mass()
+        efforts = {"lift_cylinder": largest}
+        assert limited.value == pytest.approx(
+            plain.capability(state, efforts=efforts).lifted_mass().value, rel=1e-9
+        )
+
+
 def test_one_state_has_the_margins_of_its_row_in_a_batch(machine: Robot) -> None:
     batch = machine.close([[0.3, 0.2], [0.1, 0.5]], [[0.2, 0.1], [-0.3, 0.2]])
     together = machine.limit_margins(batch)
