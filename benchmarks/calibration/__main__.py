@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def main() -> None:
     """Simulate machines, calibrate them, print the table, and put it into the docs if asked."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.calibration", description=__doc__)
-    parser.add_argument("--machines", type=int, default=100, help="simulated machines a robot")
+    parser.add_argument("--machines", type=int, default=20, help="simulated machines a robot")
     parser.add_argument("--seed", type=int, default=0, help="seed of the first one")
     parser.add_argument("--robots", nargs="*", default=list(FREE), help="names of shipped robots")
     parser.add_argument(
