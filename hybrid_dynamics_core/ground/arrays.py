@@ -14,10 +14,16 @@ Array = NDArray[np.float64]
 def frozen(values: ArrayLike) -> Array:
     """A read-only float64 copy; numbers that stand for arguments of programs stay what they are."""
     array = np.array(values)
-    if array.dtype != object or not any(hasattr(x, "symbol") for x in array.flat):
+    if array.dtype != np.float64 and not _has_symbols(array):
         array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array
+
+
+def _has_symbols(array: NDArray[Any]) -> bool:
+    if array.dtype != object:
+        return False
+    return any(hasattr(entry, "symbol") for entry in array.flat)
 
 
 class Picklable:

@@ -8,9 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import DescriptionError, InputError, Robot, load, shipped_robots
+from hybrid_dynamics_core.algebra.live import live_numbers
 from hybrid_dynamics_core.errors import UnknownNameError
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kernels.run import VARIABLE
+from hybrid_dynamics_core.programs import CLOSE
 from hybrid_dynamics_core.robot.parameters import RobotFamily
 from tests.generated.class_three import class_three
 from tests.generated.robots import as_text, examples
@@ -136,6 +138,17 @@ def test_rows_that_do_not_close_are_nan_with_a_status(excavator: RobotFamily) ->
     assert result.status[1] != 0
     assert np.isnan(result["s"][1]).all()
     assert np.isfinite(result["s"][0]).all()
+
+
+@pytest.mark.parametrize("name", ["delta", "excavator"])
+def test_a_robot_without_free_numbers_has_none_in_its_model(name: str) -> None:
+    robot = load(name)
+    before = robot._kernels.kernel("close", CLOSE).trace.graph.nodes
+    family = robot.free("links.gripper.mass" if name == "delta" else "boom")
+    family.close(robot.reference)
+    assert live_numbers(robot._model.program_model) == []
+    assert len(live_numbers(family._live)) > 0
+    assert load(name)._kernels.kernel("close", CLOSE).trace.graph.nodes == before
 
 
 def test_closed_forms_stay_closed_forms() -> None:
