@@ -31,6 +31,8 @@ def given(words: tuple[str, ...], robot: str, bag: str) -> list[str]:
         return [*words, robot, "--position", "0", "0.3", "0"]
     if words == ("weigh",):
         return [*words, bag, "--robot", robot]
+    if words == ("estimate",):
+        return [*words, bag, "--robot", robot, "--sensors", "sensors.yaml"]
     if words == ("calibrate",):
         return [*words, bag, "--robot", robot, "--free", "bar"]
     return [*words, robot]

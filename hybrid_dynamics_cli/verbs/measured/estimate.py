@@ -89,11 +89,11 @@ def command(
     """Estimate the states, and write them."""
     span = span_of(start, end)
     machine = loaded(robot)
-    carried = read_sensors(sensors, machine)
     inputs = (data, sensors, *read_by(machine))
     place = None
     if output is not None:
         place = place_for(output, [".csv"], inputs, overwrite=overwrite)
+    carried = read_sensors(sensors, machine)
     measured = _readings(data, carried, topic).within(*span)
     try:
         track = estimate_states(machine, carried.sensors, measured.readings, carried.motion)
