@@ -21,20 +21,24 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+ESTIMATED = {  # further options of verbs that take DATA and --robot
+    "weigh": [],
+    "calibrate": ["--free", "bar"],
+    "estimate": ["--sensors", "sensors.yaml"],
+}
+
+
 def given(words: tuple[str, ...], robot: str, bag: str) -> list[str]:
     """The least that a verb has to be given."""
-    if words[0] == "bag":
+    verb = words[0]
+    if verb == "bag":
         return [*words, *given_to_bag(words[1], robot, bag)]
-    if words == ("benchmark",):
+    if verb == "benchmark":
         return list(words)
-    if words == ("ik",):
+    if verb == "ik":
         return [*words, robot, "--position", "0", "0.3", "0"]
-    if words == ("weigh",):
-        return [*words, bag, "--robot", robot]
-    if words == ("estimate",):
-        return [*words, bag, "--robot", robot, "--sensors", "sensors.yaml"]
-    if words == ("calibrate",):
-        return [*words, bag, "--robot", robot, "--free", "bar"]
+    if verb in ESTIMATED:
+        return [*words, bag, "--robot", robot, *ESTIMATED[verb]]
     return [*words, robot]
 
 
