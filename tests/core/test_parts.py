@@ -64,6 +64,7 @@ FUNCTIONS = (  # of any robot
     "capability",
     "inverse_kinematics",
     "limit_margins",
+    "point_to_point",
     "retime",
     "with_parameters",
     "workspace",
