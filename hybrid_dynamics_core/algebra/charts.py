@@ -43,8 +43,14 @@ class Turns(NamedTuple):
     @classmethod
     def at(cls, angles: Array) -> Turns:
         """Cosines and sines of angles (..., 3) [rad], as arrays (...)."""
-        b, c = angles[..., 1], angles[..., 2]
-        return cls(np.cos(b), np.sin(b), np.cos(c), np.sin(c))
+        b = angles[..., 1]
+        c = angles[..., 2]
+        return cls(
+            np.cos(b),
+            np.sin(b),
+            np.cos(c),
+            np.sin(c),
+        )
 
     def axes(self) -> tuple[Vector, Vector, Vector]:
         """Columns of E in omega = E (a', b', c'): the axes of the turns, in the rotated frame."""
@@ -79,7 +85,8 @@ def rotation_vector(angles: Scalars, chart: Scalar) -> Vector:
         angles: (a, b, c) [rad].
         chart: +1 or -1.
     """
-    cosine, sine = 0.5 + 0.5 * chart, 0.5 - 0.5 * chart
+    cosine = 0.5 + 0.5 * chart
+    sine = 0.5 - 0.5 * chart
     quaternion = (cosine + _HALF_ROOT * sine, 0.0, 0.0, _HALF_ROOT * sine)
     for axis, angle in enumerate(angles):
         half: list[Scalar] = [cos(0.5 * angle), 0.0, 0.0, 0.0]
@@ -111,9 +118,8 @@ def _mixed(first: Scalars, second: Scalars, i: int, k: int) -> Scalar:
 
 def rotation_of(angles: Array, charts: Array) -> Array:
     """R (..., 3, 3) of angles (..., 3) [rad] in charts (...)."""
-    cosines, sines = np.cos(angles), np.sin(angles)
-    ca, cb, cc = cosines[..., 0], cosines[..., 1], cosines[..., 2]
-    sa, sb, sc = sines[..., 0], sines[..., 1], sines[..., 2]
+    ca, cb, cc = np.moveaxis(np.cos(angles), -1, 0)
+    sa, sb, sc = np.moveaxis(np.sin(angles), -1, 0)
     turned = _matrix(
         (cb * cc, -cb * sc, sb),
         (ca * sc + sa * sb * cc, ca * cc - sa * sb * sc, -sa * cb),
@@ -128,15 +134,18 @@ def angles_of(rotation: Array, charts: Array) -> Array:
     cosine = np.hypot(matrix[..., 0, 0], matrix[..., 0, 1])
     b = np.arctan2(matrix[..., 0, 2], cosine)
     singular = cosine < _SINGULAR  # a and c turn about one axis: c is set to zero
+    both = np.arctan2(matrix[..., 2, 1], matrix[..., 1, 1])
     a = np.arctan2(-matrix[..., 1, 2], matrix[..., 2, 2])
-    a = np.where(singular, np.arctan2(matrix[..., 2, 1], matrix[..., 1, 1]), a)
-    c = np.where(singular, 0.0, np.arctan2(-matrix[..., 0, 1], matrix[..., 0, 0]))
+    c = np.arctan2(-matrix[..., 0, 1], matrix[..., 0, 0])
+    a = np.where(singular, both, a)
+    c = np.where(singular, 0.0, c)
     return np.stack([a, b, c], axis=-1)
 
 
 def better_chart(rotation: Array) -> Array:
     """The chart (...) in which R (..., 3, 3) is farther from singular."""
-    first, second = np.abs(rotation[..., 0, 2]), np.abs(rotation[..., 1, 2])
+    first = np.abs(rotation[..., 0, 2])
+    second = np.abs(rotation[..., 1, 2])
     return np.where(first <= second, FIRST, SECOND)
 
 
@@ -148,19 +157,27 @@ def rate_matrix(angles: Array) -> Array:
 
 def angles_in(angles: Array, before: Array | float, after: Array | float) -> Array:
     """Convert angles (..., 3) [rad] from charts `before` (...) to charts `after` (...)."""
-    return angles_of(rotation_of(angles, np.asarray(before)), np.asarray(after))
+    rotation = rotation_of(angles, np.asarray(before))
+    return angles_of(rotation, np.asarray(after))
 
 
-def in_other_chart(angles: Array, rates: Array, before: Array, after: Array) -> tuple[Array, Array]:
+def in_other_chart(
+    angles: Array,
+    rates: Array,
+    before: Array,
+    after: Array,
+) -> tuple[Array, Array]:
     """Convert angles (..., 3) [rad] and rates [rad/s] from charts `before` to charts `after`.
 
     Where both charts (...) are the same, the values stay the same to the last bit.
     """
     turned = angles_in(angles, before, after)
     omega = rate_matrix(angles) @ rates[..., None]
-    turned_rates = np.linalg.solve(rate_matrix(turned), omega)[..., 0]
+    turned_rates = np.linalg.solve(rate_matrix(turned), omega)
     same = (before == after)[..., None]
-    return np.where(same, angles, turned), np.where(same, rates, turned_rates)
+    new_angles = np.where(same, angles, turned)
+    new_rates = np.where(same, rates, turned_rates[..., 0])
+    return new_angles, new_rates
 
 
 def _in_first(charts: Array) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -49,7 +49,13 @@ def snapped(robot: RobotDescription, equal_bars: float = ROUNDED) -> RobotDescri
     for name in [loop.closure.name for loop in loops]:
         loop = _Loop(robot, tree, name)
         robot = _with_ends_in_plane(robot, loop, loop.normal)
-        robot = _with_equal_bars(robot, _Loop(robot, tree, name), loop.normal, equal_bars)
+        aligned = _Loop(robot, tree, name)
+        robot = _with_equal_bars(
+            robot,
+            aligned,
+            loop.normal,
+            equal_bars,
+        )
     return robot
 
 
@@ -57,12 +63,16 @@ def _groups(loops: Sequence[_Loop]) -> list[list[_Loop]]:
     """Groups of loops that share hinges, and hence a plane."""
     groups: list[list[_Loop]] = []
     for loop in loops:
-        hinges = set(loop.hinges)
-        sharing = [group for group in groups if any(hinges & set(one.hinges) for one in group)]
+        sharing = [group for group in groups if _shares_hinge(loop, group)]
         merged = [one for group in sharing for one in group]
         groups = [group for group in groups if group not in sharing]
         groups.append([*merged, loop])
     return groups
+
+
+def _shares_hinge(loop: _Loop, group: Sequence[_Loop]) -> bool:
+    hinges = set(loop.hinges)
+    return any(hinges.intersection(one.hinges) for one in group)
 
 
 def _notes_of_turns(
@@ -100,7 +110,9 @@ class _Loop:
             names = [tree.bodies[body].joint for body in path]
             self.paths.append(names)
             for body, joint in zip(path, names, strict=True):
-                self.rotations[joint], self.origins[joint] = tree.zero_pose(body, ancestor)
+                rotation, origin = tree.zero_pose(body, ancestor)
+                self.rotations[joint] = rotation
+                self.origins[joint] = origin
         self.ends = (tree.zero_pose(a, ancestor), tree.zero_pose(b, ancestor))
 
     @property
@@ -118,9 +130,11 @@ class _Loop:
         flat = np.eye(3) - np.outer(normal, normal)
         ways: list[list[Array]] = []
         points = (self.closure.point_a, self.closure.point_b)
-        for path, (rotation, origin), point in zip(self.paths, self.ends, points, strict=True):
+        for path, end, point in zip(self.paths, self.ends, points, strict=True):
+            rotation, origin = end
             places = [self.origins[name] for name in path]
-            ways.append([flat @ place for place in (*places, rotation @ point + origin)])
+            places.append(rotation @ point + origin)
+            ways.append([flat @ place for place in places])
         out, back = ways
         first = [end - start for start, end in pairwise(out)]
         second = [start - end for start, end in pairwise(back)]
@@ -152,8 +166,9 @@ class _Loop:
         """Largest angle [rad] between a joint's motion and the plane of this normal."""
         tilts: list[float] = []
         for name in self.joints:
-            joint, axis = self.robot.joints[name], self.axis(name)
-            tilts.append(norm(axis - in_plane(joint, axis, normal)))
+            axis = self.axis(name)
+            target = in_plane(self.robot.joints[name], axis, normal)
+            tilts.append(norm(axis - target))
         return max(tilts, default=0.0)
 
 
@@ -194,7 +209,8 @@ def _with_joints_in_plane(
             target = in_plane(joint, axis, normal)
             if norm(axis - target) > EXACT:
                 rotation = _turn(axis, target) @ rotation
-                joints[joint.name] = replace(joint, rotation=frozen(parent.T @ rotation))
+                in_parent = frozen(parent.T @ rotation)
+                joints[joint.name] = replace(joint, rotation=in_parent)
                 turned.setdefault(joint.name, loop_of[joint.name])
         frames[joint.child] = rotation
     return replace(robot, joints=joints)
@@ -212,7 +228,8 @@ def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> 
     key = robot.closure_key(closure.name)
     size = max(norm(place_a), norm(place_b))
     if APART < abs(gap) <= ROUNDED * size:
-        changes["point_b"] = frozen(closure.point_b + rotation_b.T @ (gap * normal))
+        move = rotation_b.T @ (gap * normal)
+        changes["point_b"] = frozen(closure.point_b + move)
         notes += _notes(robot, key, f"moved by {abs(gap):.2g} m along its axis", abs(gap))
     tilt, frames = _frames_turned_alike(closure, rotation_a, rotation_b, normal)
     if PARALLEL < tilt <= ROUNDED:
@@ -220,8 +237,7 @@ def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> 
         notes += _notes(robot, key, f"its frames were turned by {tilt:.2g} rad to fit", tilt)
     if not changes:
         return robot
-    closures = [replace(one, **changes) if one is closure else one for one in robot.closures]
-    return replace(robot, closures=tuple(closures), notes=(*robot.notes, *notes))
+    return _with_changed(robot, closure, changes, notes)
 
 
 def _with_equal_bars(
@@ -236,21 +252,44 @@ def _with_equal_bars(
     if closure.assembly not in (None, PARALLELOGRAM) or len(bars) != 4:
         return robot
     lengths = [norm(bar) for bar in bars]
-    off = max(abs(lengths[0] - lengths[2]), abs(lengths[1] - lengths[3]))
-    if not EQUAL * max(lengths) < off <= allowed * max(lengths):
+    longest = max(lengths)
+    one_pair = abs(lengths[0] - lengths[2])
+    other_pair = abs(lengths[1] - lengths[3])
+    off = max(one_pair, other_pair)
+    if not EQUAL * longest < off <= allowed * longest:
         return robot
     last = len(loop.paths[0]) - 1
     (rotation_a, _), (rotation_b, _) = loop.ends
     changes: dict[str, Any] = {}
-    ends = ((last, 1.0, "point_a", rotation_a), (last + 1, -1.0, "point_b", rotation_b))
+    ends = (
+        (last, 1.0, "point_a", rotation_a),
+        (last + 1, -1.0, "point_b", rotation_b),
+    )
     for index, sense, name, rotation in ends:
-        bar, opposite = bars[index % 4], lengths[(index + 2) % 4]
+        bar = bars[index % 4]
+        opposite = lengths[(index + 2) % 4]
         longer = bar * (opposite / norm(bar) - 1.0)
-        changes[name] = frozen(getattr(closure, name) + rotation.T @ (sense * longer))
-    closures = [replace(one, **changes) if one is closure else one for one in robot.closures]
+        point = getattr(closure, name)
+        changes[name] = frozen(point + rotation.T @ (sense * longer))
     text = f"its opposite bars differ by {off:.2g} m; the pin was moved so that they are equal"
     notes = _notes(robot, robot.closure_key(closure.name), text, off)
-    return replace(robot, closures=tuple(closures), notes=(*robot.notes, *notes))
+    return _with_changed(robot, closure, changes, notes)
+
+
+def _with_changed(
+    robot: RobotDescription,
+    closure: Closure,
+    changes: Mapping[str, Any],
+    notes: Iterable[str],
+) -> RobotDescription:
+    """The description with fields of a closure changed, and notes on it added."""
+    changed = replace(closure, **changes)
+    closures = [changed if one is closure else one for one in robot.closures]
+    return replace(
+        robot,
+        closures=tuple(closures),
+        notes=(*robot.notes, *notes),
+    )
 
 
 def _frames_turned_alike(
@@ -270,10 +309,11 @@ def _frames_turned_alike(
         return norm(in_a - in_b), {"rotation_b": frozen(closure.rotation_b @ turn.T)}
     frames: dict[str, Array] = {}
     tilts: list[float] = []
-    for name, rotation, inside in (
+    ends = (
         ("rotation_a", closure.rotation_a, in_a),
         ("rotation_b", closure.rotation_b, in_b),
-    ):
+    )
+    for name, rotation, inside in ends:
         axis = np.array([0.0, 0.0, np.copysign(1.0, inside[2])])
         tilts.append(norm(inside - axis))
         frames[name] = frozen(rotation @ _turn(inside, axis).T)
@@ -289,6 +329,11 @@ def _notes(robot: RobotDescription, key: str, text: str, size: float) -> Iterato
 def _turn(start: Array, end: Array) -> Array:
     """The smallest rotation (3, 3) that takes one unit vector to another one nearby."""
     x, y, z = np.cross(start, end)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    entries = [
+        [0.0, -z, y],
+        [z, 0.0, -x],
+        [-y, x, 0.0],
+    ]
+    cross = np.array(entries)
     rotation: Array = np.eye(3) + cross + cross @ cross / (1.0 + float(start @ end))
     return rotation

@@ -96,14 +96,20 @@ class GroupedDynamics:
         for k, motion in enumerate(motions):
             wrenches.append(self._needed(k, motion))
         for k, wrench in (applied or {}).items():
-            wrenches[k] = difference(wrenches[k], self._wrench_in_axes(k, wrench))
+            in_axes = self._wrench_in_axes(k, wrench)
+            wrenches[k] = difference(wrenches[k], in_axes)
         if any(body.is_compensated for body in self.tree.bodies):
             self._add_compensated(wrenches, gravity)
         return self._along_joints(wrenches)
 
     def _motions(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Motion]:
         """The motions of all bodies, each in its axes."""
-        base = Motion(ZERO3, ZERO3, (ZERO3, ZERO3, ZERO3), scale(-1.0, gravity))
+        base = Motion(
+            ZERO3,
+            ZERO3,
+            (ZERO3, ZERO3, ZERO3),
+            scale(-1.0, gravity),
+        )
         carried: dict[int, Motion] = {}  # motions of carriers, in the axes that they carry
         motions: list[Motion] = []
         for k, body in enumerate(self.tree.bodies):
@@ -133,16 +139,19 @@ class GroupedDynamics:
         accel = self._into(index, self._at_joint(k, parent))
         rate = scale(ds[body.coordinate], body.axis)
         acceleration = scale(dds[body.coordinate], body.axis)
-        alpha = add(alpha, add(acceleration, cross(omega, rate)))
+        carried = cross(omega, rate)
+        alpha = add(alpha, add(acceleration, carried))
         omega = add(omega, rate)
-        return Motion(omega, alpha, acceleration_map(omega, alpha), accel)
+        change = acceleration_map(omega, alpha)
+        return Motion(omega, alpha, change, accel)
 
     def _entering(self, index: int, carrier: Motion) -> Motion:
         """The motion of a carrier, in axes that are fixed to it."""
         omega = self._into(index, carrier.omega)
         alpha = self._into(index, carrier.alpha)
         accel = self._into(index, carrier.accel)
-        return Motion(omega, alpha, acceleration_map(omega, alpha), accel)
+        change = acceleration_map(omega, alpha)
+        return Motion(omega, alpha, change, accel)
 
     def _turning(self, k: int, parent: Motion, axes: Motion, ds: Scalars, dds: Scalars) -> Motion:
         """The motion of a link that turns about z of its axes.
@@ -168,19 +177,24 @@ class GroupedDynamics:
             (yx + acceleration, yy - inward, yz),
             (zx + rate * (2.0 * x), zy + rate * (2.0 * y), zz),
         )
-        return Motion(omega, alpha, change, self._at_joint(k, parent))
+        accel = self._at_joint(k, parent)
+        return Motion(omega, alpha, change, accel)
 
     def _sliding(self, k: int, parent: Motion, ds: Scalars, dds: Scalars) -> Motion:
         """The motion of a link that slides on its parent."""
         body = self.tree.bodies[k]
         axis = self._in_axes(k, body.axis)
-        coriolis = scale(2.0, cross(parent.omega, scale(ds[body.coordinate], axis)))
-        accel = add(scale(dds[body.coordinate], axis), coriolis)
-        return parent._replace(accel=add(self._at_joint(k, parent), accel))
+        rate = scale(ds[body.coordinate], axis)
+        coriolis = scale(2.0, cross(parent.omega, rate))
+        acceleration = scale(dds[body.coordinate], axis)
+        accel = add(acceleration, coriolis)
+        at_joint = self._at_joint(k, parent)
+        return parent._replace(accel=add(at_joint, accel))
 
     def _at_joint(self, k: int, parent: Motion) -> Vector:
         """The acceleration (3,) [m/s^2] of a parent at the origin of body k."""
-        return add(parent.accel, matvec(parent.change, self._offset(k)))
+        offset = self._offset(k)
+        return add(parent.accel, matvec(parent.change, offset))
 
     def _offset(self, k: int) -> Vector:
         """The vector (3,) [m] from the parent's origin to that of body k, in axes of its seat."""
@@ -213,7 +227,9 @@ class GroupedDynamics:
         wx, wy, _ = motion.omega
         _, _, az = motion.alpha
         u_x, u_y, u_z = motion.change
-        force = add(scale(body.mass, motion.accel), matvec(motion.change, h))
+        of_origin = scale(body.mass, motion.accel)
+        of_change = matvec(motion.change, h)
+        force = add(of_origin, of_change)
         polar = self._polar(k)
         about_z = az * polar + wx * wy * (xx - yy) + (wy * wy - wx * wx) * xy
         moment = (
@@ -226,7 +242,9 @@ class GroupedDynamics:
     def _second_moments_at_zero(self, k: int) -> Rotation:
         """Second moments of a body (3, 3) in its axes, at angle zero [kg m^2]."""
         zero = self.layout.places[k].zero
-        return matmul(matmul(zero, self.tree.bodies[k].about_origin), transpose(zero))
+        about_origin = self.tree.bodies[k].about_origin
+        half_turned = matmul(zero, about_origin)
+        return matmul(half_turned, transpose(zero))
 
     def _polar(self, k: int) -> Scalar:
         """The moment of inertia of a body about z of its axes [kg m^2]."""
@@ -250,12 +268,15 @@ class GroupedDynamics:
         """Cancel the compensated weight, since the accelerations include gravity for all mass."""
         directions = {0: gravity}
         for index in range(1, len(self.layout.axes)):
-            carrier = self.layout.place(self.layout.axes[index].carrier)
-            directions[index] = self._into(index, directions[carrier.axes])
+            axes = self.layout.axes[index]
+            carrier = self.layout.place(axes.carrier)
+            in_carrier = directions[carrier.axes]
+            directions[index] = self._into(index, in_carrier)
         for k, body in enumerate(self.tree.bodies):
             if body.is_compensated:
                 local = directions[self.layout.places[k].axes]
-                moment = cross(self._in_axes(k, body.compensated_moment), local)
+                first_moment = self._in_axes(k, body.compensated_moment)
+                moment = cross(first_moment, local)
                 weight = scale(body.compensated_mass, local), moment
                 wrenches[k] = total(wrenches[k], weight)
 
@@ -266,7 +287,8 @@ class GroupedDynamics:
         for k in range(len(wrenches) - 1, -1, -1):
             for index, wrench in on_carriers.items():
                 if self.layout.axes[index].carrier == k:
-                    wrenches[k] = total(wrenches[k], self._wrench_out_of(index, wrench))
+                    out = self._wrench_out_of(index, wrench)
+                    wrenches[k] = total(wrenches[k], out)
             self._add_forces(k, wrenches[k], forces)
             self._pass_on(k, wrenches, on_carriers)
         return forces
@@ -301,8 +323,11 @@ class GroupedDynamics:
         if place.turns:
             x, y, z = moment
             moment = (x, y, 0.0)
-            before = on_carriers[place.axes] = total(before, (ZERO3, (0.0, 0.0, z)))
-        passed = force, add(moment, cross(self._offset(k), force))
+            about_z = (0.0, 0.0, z)
+            before = total(before, (ZERO3, about_z))
+            on_carriers[place.axes] = before
+        lever = cross(self._offset(k), force)
+        passed = force, add(moment, lever)
         if self._seat(k).axes != self.layout.place(parent).axes:
             on_carriers[place.axes] = total(before, passed)
         elif parent != BASE:
@@ -362,9 +387,12 @@ class GroupedDynamics:
         if angle not in self._directions:
             *before, (k, sign) = angle
             direction = self._direction(tuple(before))
-            c, s = self._configuration.c[k], self._configuration.s[k]
+            c = self._configuration.c[k]
+            s = self._configuration.s[k]
+            if sign < 0:
+                s = -s
             for _ in range(abs(sign)):
-                direction = turn(c, s if sign > 0 else -s, direction)
+                direction = turn(c, s, direction)
             self._directions[angle] = direction
         return self._directions[angle]
 

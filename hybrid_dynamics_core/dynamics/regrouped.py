@@ -60,13 +60,15 @@ def regrouped(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> Tre
     if not tree.bodies:
         return tree
     moves = _Moves(tree, plan).all(closures)
-    values = np.concatenate([_distribution(body) for body in tree.bodies])
     scale = _scales(tree)
+    distributions = [_distribution(body) for body in tree.bodies]
+    described = np.concatenate(distributions) / scale
     order = _order(tree, plan)
-    fewest = _with_most_zeros(values / scale, moves / scale, order)
-    values = _without_dust(fewest, values / scale) * scale
-    parts = zip(tree.bodies, np.split(values, len(tree.bodies)), strict=True)
-    return replace(tree, bodies=tuple(_with(body, part) for body, part in parts))
+    fewest = _with_most_zeros(described, moves / scale, order)
+    values = _without_dust(fewest, described) * scale
+    parts = np.split(values, len(tree.bodies))
+    bodies = map(_with, tree.bodies, parts)
+    return replace(tree, bodies=tuple(bodies))
 
 
 class _Moves:
@@ -86,30 +88,33 @@ class _Moves:
         for closure in closures:
             self._through_pin(closure)
         for a, b in self._parallel():
-            self._add(a, b, self._between(a, b), _second_moments())
+            pose = self._between(a, b)
+            self._add(a, b, pose, _second_moments())
         return np.array(self._rows).reshape(-1, SIZE * len(self._tree.bodies))
 
     def _through_joint(self, k: int, body: Body) -> None:
         pose: Pose = np.array(body.rotation), np.array(body.translation)
         if body.chart is not None:
-            self._add(k, body.parent, pose, [_point(np.zeros(3))])
+            distributions = [_point(np.zeros(3))]
         elif body.is_revolute:
-            self._add(k, body.parent, pose, _line(np.zeros(3), np.array(body.axis)))
+            distributions = _line(np.zeros(3), np.array(body.axis))
         else:
-            self._add(k, body.parent, pose, _second_moments())
+            distributions = _second_moments()
+        self._add(k, body.parent, pose, distributions)
 
     def _through_pin(self, closure: Closure) -> None:
         a = self._tree.body_index(closure.link_a)
         b = self._tree.body_index(closure.link_b)
         pose = self._between(a, b)
         if closure.kind == "frame":
-            self._add(a, b, pose, list(np.eye(SIZE)))
+            distributions = list(np.eye(SIZE))
         elif closure.kind == "axis":
-            self._add(a, b, pose, _line(closure.point_a, closure.rotation_a[:, 2]))
+            distributions = _line(closure.point_a, closure.rotation_a[:, 2])
         elif closure.kind == "point":
-            self._add(a, b, pose, [_point(closure.point_a)])
+            distributions = [_point(closure.point_a)]
         else:
-            self._add(a, b, pose, _line(closure.point_a, self._normal(a, b)))
+            distributions = _line(closure.point_a, self._normal(a, b))
+        self._add(a, b, pose, distributions)
 
     def _normal(self, a: int, b: int) -> Array:
         """The normal of a planar loop (3,), in the axes of link a."""
@@ -158,7 +163,8 @@ class _Moves:
         if not angle.any():
             return True
         solution, *_ = np.linalg.lstsq(constant_rows.T, angle, rcond=None)
-        return bool(np.abs(constant_rows.T @ solution - angle).max() < PARALLEL)
+        rest = constant_rows.T @ solution - angle
+        return bool(np.abs(rest).max() < PARALLEL)
 
     def _angle_between(self, a: int, b: int) -> Array | None:
         """The angle by which link a is turned from link b, as coefficients of s (n_s,).
@@ -169,8 +175,11 @@ class _Moves:
         angle = np.zeros(len(self._tree.coordinates))
         axes: list[Array] = []
         for sign, path in ((1.0, path_a), (-1.0, path_b)):
-            for body in (self._tree.bodies[k] for k in path if self._tree.bodies[k].is_revolute):
-                rotation, _ = self._tree.zero_pose(self._tree.body_index(body.name), ancestor)
+            for k in path:
+                body = self._tree.bodies[k]
+                if not body.is_revolute:
+                    continue
+                rotation, _ = self._tree.zero_pose(k, ancestor)
                 axes.append(rotation @ np.array(body.axis))
                 along = float(axes[0] @ axes[-1])
                 if body.chart is not None or abs(abs(along) - 1.0) > PARALLEL:
@@ -182,7 +191,9 @@ class _Moves:
         """The transform from the frame of link a to that of link b, at the reference."""
         rotation_a, origin_a = self._pose(a)
         rotation_b, origin_b = self._pose(b)
-        return rotation_b.T @ rotation_a, rotation_b.T @ (origin_a - origin_b)
+        rotation = rotation_b.T @ rotation_a
+        translation = rotation_b.T @ (origin_a - origin_b)
+        return rotation, translation
 
     def _pose(self, body: int) -> Pose:
         if body == BASE:
@@ -247,11 +258,14 @@ def _order(tree: Tree, plan: ClosurePlan) -> list[int]:
 def _scales(tree: Tree) -> Array:
     """Scales that convert the parameters to masses: powers of the size of the robot."""
     length = 1.0
-    lengths = [float(np.linalg.norm(body.translation)) for body in tree.bodies if body.parent >= 0]
+    carried = [body for body in tree.bodies if body.parent >= 0]
+    lengths = [float(np.linalg.norm(body.translation)) for body in carried]
     if any(lengths):
         length = max(lengths)
-    one = np.array([1.0] + [length] * 3 + [length**2] * 6)
-    return np.tile(one, len(tree.bodies))
+    of_first = [length] * 3
+    of_second = [length**2] * 6
+    of_one = np.array([1.0, *of_first, *of_second])
+    return np.tile(of_one, len(tree.bodies))
 
 
 def _distribution(body: Body) -> Array:
@@ -293,7 +307,8 @@ def _transferred(distribution: Array, pose: Pose) -> Array:
     mixed = np.outer(turned, translation)
     second = rotation @ second @ rotation.T + mixed + mixed.T
     second += mass * np.outer(translation, translation)
-    return _packed(mass, turned + mass * translation, second)
+    first = turned + mass * translation
+    return _packed(mass, first, second)
 
 
 def _point(place: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,16 +18,36 @@ from ...robot.robot import Robot
 
 Arguments = Mapping[str, Array]
 Answers = dict[str, Array]
-Function = Callable[[Robot, ClosedState, Arguments, Loads], Answers]
+
+
+class Call(NamedTuple):
+    """A call of a C function.
+
+    Attributes:
+        robot: the robot.
+        state: closed state.
+        x: arguments by name.
+        loads: loads, with those among the arguments.
+    """
+
+    robot: Robot
+    state: ClosedState
+    x: Arguments
+    loads: Loads
+
+
+Function = Callable[[Call], Answers]
 
 
 def random_arguments(
     robot: Robot, state: ClosedState, rng: np.random.Generator
 ) -> dict[str, Array]:
     """Arguments of all functions at a state."""
-    n, n_s = state.n, len(state.s)
+    n = state.n
+    n_s = len(state.s)
     pose = robot.forward_kinematics(state)
-    turn = np.linalg.qr(np.eye(3) + 0.2 * rng.uniform(-1.0, 1.0, (3, 3)))[0]
+    disturbance = rng.uniform(-1.0, 1.0, (3, 3))
+    turn, _ = np.linalg.qr(np.eye(3) + 0.2 * disturbance)
     turn = turn * np.sign(np.diag(turn))
     return {
         "u": state.u,
@@ -52,7 +73,13 @@ def _random_payload(rng: np.random.Generator) -> Array:
     return np.concatenate([mass_and_centre, inertia[np.triu_indices(3)]])
 
 
-def answers(robot: Robot, name: str, state: ClosedState, x: Arguments, loaded: bool) -> Answers:
+def answers(
+    robot: Robot,
+    name: str,
+    state: ClosedState,
+    x: Arguments,
+    loaded: bool,
+) -> Answers:
     """The results of a C function, by name.
 
     Args:
@@ -69,44 +96,53 @@ def answers(robot: Robot, name: str, state: ClosedState, x: Arguments, loaded: b
     if loaded:
         loads = loads.with_effects(viscous=x["viscous"], coulomb=x["coulomb"])
         loads = loads.with_payload(payload_of(x["payload"]), robot.end_effector)
-    return _FUNCTIONS[name](robot, state, x, loads)
+    call = Call(robot, state, x, loads)
+    return _FUNCTIONS[name](call)
 
 
 def payload_of(values: Array) -> Payload:
     """The payload of ten numbers."""
     xx, xy, xz, yy, yz, zz = values[4:]
-    inertia = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    inertia = [
+        [xx, xy, xz],
+        [xy, yy, yz],
+        [xz, yz, zz],
+    ]
     return Payload(float(values[0]), values[1:4], inertia)
 
 
-def _close(_robot: Robot, state: ClosedState, _x: Arguments, _loads: Loads) -> Answers:
-    return {"s": state.s, "ds": state.ds}
+def _close(call: Call) -> Answers:
+    return {"s": call.state.s, "ds": call.state.ds}
 
 
-def _inverse_dynamics(robot: Robot, state: ClosedState, x: Arguments, loads: Loads) -> Answers:
-    return {"tau": robot.inverse_dynamics(state, x["ddu"], loads)}
+def _inverse_dynamics(call: Call) -> Answers:
+    tau = call.robot.inverse_dynamics(call.state, call.x["ddu"], call.loads)
+    return {"tau": tau}
 
 
-def _forward_dynamics(robot: Robot, state: ClosedState, x: Arguments, loads: Loads) -> Answers:
-    return {"ddu": robot.forward_dynamics(state, x["tau"], loads)}
+def _forward_dynamics(call: Call) -> Answers:
+    ddu = call.robot.forward_dynamics(call.state, call.x["tau"], call.loads)
+    return {"ddu": ddu}
 
 
-def _minimal_form(robot: Robot, state: ClosedState, _x: Arguments, loads: Loads) -> Answers:
-    return dict(zip(("M", "h", "g"), robot.minimal_form(state, loads), strict=True))
+def _minimal_form(call: Call) -> Answers:
+    mass_matrix, bias, gravity = call.robot.minimal_form(call.state, call.loads)
+    return {"M": mass_matrix, "h": bias, "g": gravity}
 
 
-def _pose(robot: Robot, state: ClosedState, _x: Arguments, _loads: Loads) -> Answers:
-    pose = robot.forward_kinematics(state)
+def _pose(call: Call) -> Answers:
+    pose = call.robot.forward_kinematics(call.state)
     return {"position": pose.position, "rotation": pose.rotation}
 
 
-def _jacobian(robot: Robot, state: ClosedState, _x: Arguments, _loads: Loads) -> Answers:
-    return {"J": robot.jacobian(state)}
+def _jacobian(call: Call) -> Answers:
+    return {"J": call.robot.jacobian(call.state)}
 
 
-def _reactions(robot: Robot, state: ClosedState, x: Arguments, loads: Loads) -> Answers:
-    reactions = robot.reactions(state, x["ddu"], loads)
-    pins, joints = reactions.pins.values(), reactions.joints.values()
+def _reactions(call: Call) -> Answers:
+    reactions = call.robot.reactions(call.state, call.x["ddu"], call.loads)
+    pins = reactions.pins.values()
+    joints = reactions.joints.values()
     return {
         "tau": reactions.tau,
         "pin_places": np.array([pin.place for pin in pins]),
@@ -120,38 +156,45 @@ def _reactions(robot: Robot, state: ClosedState, x: Arguments, loads: Loads) -> 
     }
 
 
-def _inverse_derivatives(robot: Robot, state: ClosedState, x: Arguments, loads: Loads) -> Answers:
-    values = robot.inverse_dynamics_derivatives(state, x["ddu"], loads)
-    tau = robot.inverse_dynamics(state, x["ddu"], loads)
-    return dict(zip(("tau", "d_u", "d_du", "d_ddu"), (tau, *values), strict=True))
+def _inverse_derivatives(call: Call) -> Answers:
+    values = call.robot.inverse_dynamics_derivatives(call.state, call.x["ddu"], call.loads)
+    tau = call.robot.inverse_dynamics(call.state, call.x["ddu"], call.loads)
+    d_u, d_du, d_ddu = values
+    return {"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": d_ddu}
 
 
-def _forward_derivatives(robot: Robot, state: ClosedState, x: Arguments, loads: Loads) -> Answers:
-    values = robot.forward_dynamics_derivatives(state, x["tau"], loads)
-    ddu = robot.forward_dynamics(state, x["tau"], loads)
-    return dict(zip(("ddu", "d_u", "d_du", "d_tau"), (ddu, *values), strict=True))
+def _forward_derivatives(call: Call) -> Answers:
+    values = call.robot.forward_dynamics_derivatives(call.state, call.x["tau"], call.loads)
+    ddu = call.robot.forward_dynamics(call.state, call.x["tau"], call.loads)
+    d_u, d_du, d_tau = values
+    return {"ddu": ddu, "d_u": d_u, "d_du": d_du, "d_tau": d_tau}
 
 
-def _ik_step(robot: Robot, state: ClosedState, x: Arguments, _loads: Loads) -> Answers:
+def _ik_step(call: Call) -> Answers:
     """A damped step by least squares of the extended system."""
-    pose = robot.forward_kinematics(state)
-    turn = rotation_vector(np.reshape(x["rotation"], (3, 3)) @ pose.rotation.T)
-    error = np.concatenate([x["position"] - pose.position, turn])
-    jacobian = x["weights"][:, None] * robot.jacobian(state)
+    state = call.state
+    weights = call.x["weights"]
+    pose = call.robot.forward_kinematics(state)
+    target = np.reshape(call.x["rotation"], (3, 3))
+    turn = rotation_vector(target @ pose.rotation.T)
+    error = np.concatenate([call.x["position"] - pose.position, turn])
+    jacobian = weights[:, None] * call.robot.jacobian(state)
     damping = np.sqrt(DAMPING * np.sum(jacobian**2) / state.n)
     system = np.vstack([jacobian, damping * np.eye(state.n)])
-    wanted = np.concatenate([x["weights"] * error, np.zeros(state.n)])
-    move = np.linalg.lstsq(system, wanted, rcond=None)[0]
-    share = min(1.0, LONGEST / max(float(np.linalg.norm(move)), LONGEST))
+    wanted = np.concatenate([weights * error, np.zeros(state.n)])
+    move, *_ = np.linalg.lstsq(system, wanted, rcond=None)
+    length = float(np.linalg.norm(move))
+    share = min(1.0, LONGEST / max(length, LONGEST))
     return {"next": state.u + share * move, "error": error}
 
 
-def _generalised(_robot: Robot, state: ClosedState, x: Arguments, _loads: Loads) -> Answers:
-    return {"tau": state.R.T @ x["forces"]}
+def _generalised(call: Call) -> Answers:
+    return {"tau": call.state.R.T @ call.x["forces"]}
 
 
-def _hydraulics(robot: Robot, state: ClosedState, x: Arguments, _loads: Loads) -> Answers:
-    cylinders = robot.hydraulics(state, x["tau"]).values()
+def _hydraulics(call: Call) -> Answers:
+    readings = call.robot.hydraulics(call.state, call.x["tau"])
+    cylinders = readings.values()
     columns: Answers = {}
     for name in HYDRAULICS:
         columns[name] = np.array([getattr(cylinder, name) for cylinder in cylinders])

@@ -63,7 +63,8 @@ def evaluate(trace: Trace, vectors: Vectors, tolerance: Callable[[Check], float]
     nodes = _Nodes(trace, vectors)
     status = jnp.zeros(_first(vectors).shape, jnp.int32)
     for check in reversed(trace.checks):  # the first failed check decides
-        passes = nodes.value(check.value) > check.threshold - tolerance(check)
+        value = nodes.value(check.value)
+        passes = value > check.threshold - tolerance(check)
         status = jnp.where(passes, status, jnp.int32(check.code))
     return Values([nodes.array(x) for x in trace.outputs], status)
 
@@ -82,15 +83,21 @@ class _Nodes:
 
     def value(self, x: Operand) -> Array:
         """The value of an operand."""
-        return self._values[x.index] if isinstance(x, Symbol) else float(x)
+        if isinstance(x, Symbol):
+            return self._values[x.index]
+        return float(x)
 
     def array(self, x: Operand) -> Array:
         """The value of an operand as an array, constants too."""
-        return self._values[x.index] if isinstance(x, Symbol) else self._zero + float(x)
+        if isinstance(x, Symbol):
+            return self._values[x.index]
+        return self._zero + float(x)
 
     def _operand(self, x: int | float) -> Array:
         """The value of a node, or a constant."""
-        return self._values[x] if isinstance(x, int) else x
+        if isinstance(x, int):
+            return self._values[x]
+        return x
 
     def _node(self, index: int) -> Array:
         """The value of a node whose operands are computed."""
@@ -126,7 +133,8 @@ def _first(vectors: Vectors) -> Array:
 def _inverted(entries: Sequence[Array], size: int) -> list[Array]:
     """The inverse of a matrix row by row, then its determinant."""
     rows = _rows(entries, size)
-    one, zero = jnp.ones_like(entries[0]), jnp.zeros_like(entries[0])
+    one = jnp.ones_like(entries[0])
+    zero = jnp.zeros_like(entries[0])
     unit = [[zero] * size for _ in range(size)]
     for k in range(size):
         unit[k][k] = one
@@ -156,8 +164,13 @@ def _solved(
     def tangent(primals: Vectors, tangents: Vectors) -> tuple[list[Array], list[Array]]:
         """The solution with its change: that of the guess does not matter."""
         *x, count = solve(*primals)
-        p, move = primals[1], tangents[1]
-        _, slopes = jax.jvp(lambda p: equations(x, p)[:size], (p,), (move,))
+        p = primals[1]
+        move = tangents[1]
+
+        def residuals(p: Sequence[Array]) -> list[Array]:
+            return equations(x, p)[:size]
+
+        _, slopes = jax.jvp(residuals, (p,), (move,))
         jacobian = _rows(equations(x, p)[size:], size)
         change = _solve_linear(jacobian, [-slope for slope in slopes])
         return [*x, count], [*change, jnp.zeros_like(count)]
@@ -184,7 +197,9 @@ def _newton(
     Every state stops by itself.
     """
     like = guess[0]
-    small = SMALL_STEP if like.dtype == jnp.float64 else _SMALL_STEP_32
+    small = _SMALL_STEP_32
+    if like.dtype == jnp.float64:
+        small = SMALL_STEP
 
     def advance(state: _Iteration) -> _Iteration:
         """One step of all states that are still iterated."""
@@ -196,16 +211,23 @@ def _newton(
         share = jnp.where(state.works & finite, share, 0.0)
         x: list[Array] = []
         for a, b in zip(state.x, step, strict=True):
-            x.append(jnp.where(share > 0.0, a - share * b, a))  # b may be infinite
+            moved = a - share * b
+            x.append(jnp.where(share > 0.0, moved, a))  # b may be infinite
         count = jnp.where(state.works, state.count + 1, state.count)
         converged = state.converged | (state.works & (longest < small))
         works = state.works & finite & ~converged & (count < MAX_ITERATIONS)
         return _Iteration(x, count, works, converged)
 
     nowhere = jnp.zeros(like.shape, bool)
-    start = _Iteration(list(guess), jnp.zeros_like(like), ~nowhere, nowhere)
-    last = lax.while_loop(lambda state: jnp.any(state.works), advance, start)
-    return [*last.x, jnp.where(last.converged, last.count, -last.count)]
+    start = _Iteration(
+        list(guess),
+        jnp.zeros_like(like),
+        ~nowhere,
+        nowhere,
+    )
+    last = lax.while_loop(_goes_on, advance, start)
+    count = jnp.where(last.converged, last.count, -last.count)
+    return [*last.x, count]
 
 
 class _Iteration(NamedTuple):
@@ -222,6 +244,10 @@ class _Iteration(NamedTuple):
     count: Array
     works: Array
     converged: Array
+
+
+def _goes_on(state: _Iteration) -> Array:
+    return jnp.any(state.works)
 
 
 def _rows(flat: Sequence[Array], width: int) -> list[list[Array]]:
@@ -255,16 +281,20 @@ def _eliminated(
     determinant = jnp.ones_like(rows[0][0])
     for c in range(size):
         for r in range(c + 1, size):
-            swaps = jnp.abs(rows[r][c]) > jnp.abs(rows[c][c])
-            pairs = list(zip(rows[c], rows[r], strict=True))
+            upper = rows[c]
+            lower = rows[r]
+            swaps = jnp.abs(lower[c]) > jnp.abs(upper[c])
+            pairs = list(zip(upper, lower, strict=True))
             rows[c] = [jnp.where(swaps, b, a) for a, b in pairs]
             rows[r] = [jnp.where(swaps, a, b) for a, b in pairs]
             determinant = jnp.where(swaps, -determinant, determinant)
-        determinant = determinant * rows[c][c]
-        rows[c] = [x / rows[c][c] for x in rows[c]]
+        pivot = rows[c][c]
+        determinant = determinant * pivot
+        rows[c] = [x / pivot for x in rows[c]]
         for r in range(size):
             if r != c:
                 factor = rows[r][c]
-                rows[r] = [x - factor * y for x, y in zip(rows[r], rows[c], strict=True)]
+                pairs = list(zip(rows[r], rows[c], strict=True))
+                rows[r] = [x - factor * y for x, y in pairs]
         rows = lax.optimization_barrier(rows)  # XLA would repeat a column in each later entry
     return [row[size:] for row in rows], determinant

@@ -34,15 +34,18 @@ class NewtonFunction:
         name = newton_name(inner.name, width)
         self.f = Function(f"define internal void @{name}(ptr %given, ptr %out) noinline")
         self.lanes = Lanes(self.f, width)
-        self._inner, self._size, self._call = inner, size, call
+        self._inner = inner
+        self._size = size
+        self._call = call
         self._working = self.f.slot(self.lanes.mask)
         self._any = self.f.slot("i1")
         self._steps = self.f.slot(self.lanes.kind, size)
 
     def text(self) -> str:
         """The text of the function."""
-        f, lanes, n = self.f, self.lanes, self._size
-        for k in range(n):
+        f = self.f
+        lanes = self.lanes
+        for k in range(self._size):
             self._store(self._load("%given", k), "%out", k)
         every = lanes.splat("i1", "true")
         f.do(f"store {lanes.mask} {every}, ptr {self._working}")
@@ -53,7 +56,9 @@ class NewtonFunction:
         return f.text()
 
     def _iterate(self, iteration: str) -> None:
-        f, lanes, n = self.f, self.lanes, self._size
+        f = self.f
+        lanes = self.lanes
+        n = self._size
         unknowns = [self._load("%out", k) for k in range(n)]
         working = f.let(f"load {lanes.mask}, ptr {self._working}")
         self._solve(unknowns, working)
@@ -63,12 +68,14 @@ class NewtonFunction:
         moves = f.let(f"and {lanes.mask} {working}, {is_finite}")
         divisor = lanes.larger(longest, lanes.constant(_SMALLEST))
         share = lanes.arithmetic("fdiv", lanes.constant(LARGEST_STEP), divisor)
-        is_short = lanes.compare("ogt", share, lanes.constant(1.0))
-        share = lanes.choose(is_short, lanes.kind, lanes.constant(1.0), share)
+        one = lanes.constant(1.0)
+        is_short = lanes.compare("ogt", share, one)
+        share = lanes.choose(is_short, lanes.kind, one, share)
         for k, (value, step) in enumerate(zip(unknowns, steps, strict=True)):
             part = lanes.arithmetic("fmul", share, step)
             moved = lanes.arithmetic("fsub", value, part)
-            self._store(lanes.choose(moves, lanes.kind, moved, value), "%out", k)
+            chosen = lanes.choose(moves, lanes.kind, moved, value)
+            self._store(chosen, "%out", k)
         is_small = lanes.compare("olt", longest, lanes.constant(SMALL_STEP))
         converged = f.let(f"and {lanes.mask} {moves}, {is_small}")
         self._count(iteration, working, converged)
@@ -78,8 +85,8 @@ class NewtonFunction:
 
     def _count(self, iteration: str, working: str, converged: str) -> None:
         """Store the number of iterations of the lanes that work: negative until converged."""
-        f, lanes = self.f, self.lanes
-        count = f.let(f"sitofp i64 {iteration} to double")
+        lanes = self.lanes
+        count = self.f.let(f"sitofp i64 {iteration} to double")
         count = lanes.broadcast(count)
         signed = lanes.choose(converged, lanes.kind, count, lanes.negative(count))
         before = self._load("%out", self._size)
@@ -88,9 +95,11 @@ class NewtonFunction:
 
     def _solve(self, unknowns: list[str], working: str) -> None:
         """Store the steps that the linearised equations ask for."""
-        lanes, n = self.lanes, self._size
+        lanes = self.lanes
+        n = self._size
         values = self._body(unknowns)
-        residuals, entries = values[:n], values[n:]
+        residuals = values[:n]
+        entries = values[n:]
         rows = [entries[r * n : r * n + n] for r in range(n)]
         safe = lanes.inverted(working)
         if n <= LARGEST_WRITTEN:
@@ -110,7 +119,9 @@ class NewtonFunction:
             system: rows [Jacobian | residual].
             safe: mask of the other lanes.
         """
-        f, lanes, n = self.f, self.lanes, self._size
+        f = self.f
+        lanes = self.lanes
+        n = self._size
         matrix = f.slot("double", len(system))
         memory = f.slot(lanes.kind, len(system))
         with f.when(lanes.any(lanes.inverted(safe))):
@@ -118,7 +129,8 @@ class NewtonFunction:
                 self._store(value or lanes.constant(0.0), memory, k)
             with lanes.each_without(safe) as lane:
                 for k in range(len(system)):
-                    f.store(f.load(memory, k * lanes.width, lane), matrix, k)
+                    entry = f.load(memory, k * lanes.width, lane)
+                    f.store(entry, matrix, k)
                 f.let(f"call double @eliminate.{n}.1(ptr {matrix})")
                 for k in range(n):
                     step = f.load(matrix, k * (n + 1) + n)

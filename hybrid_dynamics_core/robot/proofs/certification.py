@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ... import programs
-from ...certified.boxes.cells import CellKind, CertifiedCells, Subdivision
+from ...certified.boxes.cells import CellKind, CertifiedCells, Near, Subdivision
 from ...certified.boxes.certificate import Certificate
-from ...certified.boxes.closed_box import Cells, LoopGraph, alone_within, closed_boxes
-from ...certified.boxes.closed_forms import ClosedForms
+from ...certified.boxes.closed_box import Cells, ClosedBoxes, LoopGraph, alone_within, closed_boxes
+from ...certified.boxes.closed_forms import ClosedForms, Verdicts
 from ...certified.boxes.enclosed_program import EnclosedProgram
 from ...certified.interval import Interval
 from ...certified.rounding import down, up
 from ...closed_state.state import ClosedState
+from ...description.model import Frame
 from ...dynamics.loads import described_loads
 from ...dynamics.pack_loads import pack_loads
 from ...errors import InputError
@@ -68,11 +69,7 @@ class Certification:
         width = real_number("radius", radius)
         if not 0.0 <= width < np.inf:
             raise InputError(f"radius is {width:g}; expected a finite number that is not negative")
-        self._closure.check_state(state)
-        if state.u.ndim != 1:
-            raise InputError("a certificate is that of one state; expected no batch")
-        if state.status:
-            raise InputError("the state is not closed (its status says why)")
+        self._check_one_closed(state)
         if ddu is None:
             ddu = np.zeros_like(state.u)
         accelerations = self._closure.vector_like(state, "ddu", ddu)
@@ -82,31 +79,18 @@ class Certification:
         lower, upper = state.u.copy(), state.u.copy()
         if width:
             lower, upper = down(state.u - width), up(state.u + width)
-        cells = Cells(
-            lower[None],
-            upper[None],
-            state.s[graph.unknown][None],
-        )
+        solution = state.s[graph.unknown]
+        cells = Cells(lower[None], upper[None], solution[None])
         boxes = closed_boxes(graph, cells)
         if not boxes.holds[0]:
             return self._nothing("the test of Krawczyk fails: singular, open or too wide a box")
-        s_lower, s_upper = (
-            self._all(
-                lower,
-                boxes.lower[0],
-            ),
-            self._all(upper, boxes.upper[0]),
-        )
-        alone = self._all(
-            np.zeros_like(lower),
-            alone_within(graph, cells, boxes)[0],
-        )
+        s_lower = self._all(lower, boxes.lower[0])
+        s_upper = self._all(upper, boxes.upper[0])
+        radii = alone_within(graph, cells, boxes)
+        alone = self._all(np.zeros_like(lower), radii[0])
         rows = Interval(s_lower[None], s_upper[None])
-        tau = self._program(state).at(
-            rows,
-            state.du,
-            accelerations,
-        )
+        efforts = self._program(state)
+        tau = efforts.at(rows, state.du, accelerations)
         reason = "Krawczyk's operator maps a box about the state into itself"
         bounds = (
             s_lower,
@@ -146,47 +130,17 @@ class Certification:
             raise InputError(f"depth is {steps}; expected an integer from 0 to {DEEPEST}")
         lower, upper = self._box(ranges)
         place = self._model.frame(frame)
-        closure = self._closure
-        reference = closure.close(self._model.reference)
+        reference = self._closure.close(self._model.reference)
         graph = self._graph(reference)
         if not graph.is_square:
             raise InputError("a loop has more equations than unknowns (least squares)")
-        signs = reference.signs.tolist()
-
-        def near(u: Array) -> tuple[Array, NDArray[np.bool_]]:
-            states = closure.close(u, check=False)
-            closes = np.asarray(states.status == 0)
-            return states.s[:, graph.unknown], closes
-
         model = self._model.program_model
+        signs = reference.signs.tolist()
         forms = ClosedForms(model, signs, reference.s.tolist(), place)
-        cells, kinds, boxes, verdicts = Subdivision(
-            graph,
-            forms,
-            near,
-        ).decided(lower, upper, steps)
-        program = programs.forward_kinematics(place)
-        position = EnclosedProgram(model, program, signs, {}, "position")
-        s = Interval(
-            self._all(cells.lower, boxes.lower),
-            self._all(cells.upper, boxes.upper),
-        )
-        still = np.zeros(len(lower))
-        with np.errstate(all="ignore"):
-            places = position.at(s, still, still)
-        by_form, by_test = verdicts.closes[:, None], boxes.holds[:, None]
-        lowest = np.where(by_test, places.lower, -np.inf)
-        highest = np.where(by_test, places.upper, np.inf)
-        lowest = np.where(
-            by_form,
-            np.fmax(lowest, verdicts.place_lower),
-            lowest,
-        )
-        highest = np.where(
-            by_form,
-            np.fmin(highest, verdicts.place_upper),
-            highest,
-        )
+        subdivision = Subdivision(graph, forms, self._near(graph))
+        cells, kinds, boxes, verdicts = subdivision.decided(lower, upper, steps)
+        places = self._places(cells, boxes, signs, place)
+        lowest, highest = _tightest(places, boxes, verdicts)
         closed = (kinds == CellKind.CLOSED)[:, None]
         return CertifiedCells(
             frozen(cells.lower),
@@ -196,13 +150,50 @@ class Certification:
             frozen(np.where(closed, highest, np.nan)),
         )
 
+    def _check_one_closed(self, state: ClosedState) -> None:
+        self._closure.check_state(state)
+        if state.u.ndim != 1:
+            raise InputError("a certificate is that of one state; expected no batch")
+        if state.status:
+            raise InputError("the state is not closed (its status says why)")
+
+    def _near(self, graph: LoopGraph) -> Near:
+        """A function from u (k, n) to the unknowns (k, m) there, and to whether the loops close."""
+
+        def near(u: Array) -> tuple[Array, NDArray[np.bool_]]:
+            states = self._closure.close(u, check=False)
+            closes = np.asarray(states.status == 0)
+            return states.s[:, graph.unknown], closes
+
+        return near
+
+    def _places(
+        self,
+        cells: Cells,
+        boxes: ClosedBoxes,
+        signs: Sequence[float],
+        place: Frame,
+    ) -> Interval:
+        """Positions (k, 3) [m] of a frame in the cells, enclosed through the boxes of unknowns."""
+        model = self._model.program_model
+        program = programs.forward_kinematics(place)
+        position = EnclosedProgram(model, program, signs, {}, "position")
+        s = Interval(
+            self._all(cells.lower, boxes.lower),
+            self._all(cells.upper, boxes.upper),
+        )
+        still = np.zeros(len(model.plan.given))
+        with np.errstate(all="ignore"):
+            return position.at(s, still, still)
+
     def _box(
         self,
         ranges: Mapping[str, tuple[float, float]] | None,
     ) -> tuple[Array, Array]:
         """Lower and upper bounds (n,) of the active coordinates."""
         active = self._model.active
-        lower, upper = self._model.reference.copy(), self._model.reference.copy()
+        lower = self._model.reference.copy()
+        upper = self._model.reference.copy()
         if ranges is None:
             ranges = dict(zip(active, self._model.limits.tolist(), strict=True))
         require_type("ranges", ranges, Mapping, "{'q1': (0.0, 1.0)}")
@@ -215,7 +206,9 @@ class Certification:
             first, last = bounds.tolist()
             if not -np.inf < first <= last < np.inf:
                 raise InputError(f"ranges: {name} is [{first:g}, {last:g}]; expected finite bounds")
-            lower[active.index(name)], upper[active.index(name)] = first, last
+            k = active.index(name)
+            lower[k] = first
+            upper[k] = last
         return lower, upper
 
     def _all(self, of_given: Array, of_unknown: Array) -> Array:
@@ -228,8 +221,10 @@ class Certification:
         return values
 
     def _nothing(self, reason: str) -> Certificate:
-        n, size = len(self._model.active), len(self._model.coordinates)
-        of_all, of_active = frozen(np.full(size, np.nan)), frozen(np.full(n, np.nan))
+        n = len(self._model.active)
+        size = len(self._model.coordinates)
+        of_all = frozen(np.full(size, np.nan))
+        of_active = frozen(np.full(n, np.nan))
         return Certificate(False, reason, of_all, of_all, of_all, of_active, of_active)
 
     def _graph(self, state: ClosedState) -> LoopGraph:
@@ -254,3 +249,14 @@ class Certification:
                 model.program_model, program, key, constants, "tau"
             )
         return self._efforts[key]
+
+
+def _tightest(places: Interval, boxes: ClosedBoxes, verdicts: Verdicts) -> tuple[Array, Array]:
+    """Lower and upper bounds (k, 3) [m] of places by both proofs; infinite without a proof."""
+    by_form = verdicts.closes[:, None]
+    by_test = boxes.holds[:, None]
+    lowest = np.where(by_test, places.lower, -np.inf)
+    highest = np.where(by_test, places.upper, np.inf)
+    above = np.fmax(lowest, verdicts.place_lower)
+    below = np.fmin(highest, verdicts.place_upper)
+    return np.where(by_form, above, lowest), np.where(by_form, below, highest)
