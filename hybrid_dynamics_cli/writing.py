@@ -94,8 +94,7 @@ def place_for(
         return place
     if not place.is_file():
         raise Misused(f"{path}: is no regular file; name another")
-    if any(_reads(source, place) for source in inputs):
-        raise Misused(f"{path}: is read by this call, and is not replaced; name another file")
+    require_unread(place, inputs)
     if not overwrite and not _made_here(place):
         what = classify_path(place).words
         raise Misused(
@@ -105,6 +104,12 @@ def place_for(
     report = partial(_report_replaced, place, _version(place))
     click.get_current_context().call_on_close(report)
     return place
+
+
+def require_unread(place: Path, inputs: Iterable[Path]) -> None:
+    """Raise Misused for a result in place of a file that this call reads."""
+    if place.exists() and any(_reads(source, place) for source in inputs):
+        raise Misused(f"{place}: is read by this call, and is not replaced; name another file")
 
 
 def _report_replaced(place: Path, before: tuple[int, ...]) -> None:

@@ -22,6 +22,7 @@ __all__ = [
     "PATH",
     "bag_robot_option",
     "list_names",
+    "no_topic",
     "params_option",
     "robot_option",
     "span_of",
@@ -54,6 +55,15 @@ bag_robot_option = with_robot_options(
         ),
     )
 )
+
+
+def no_topic(topic: str | None, path: Path) -> None:
+    """Raise click.BadParameter for a topic of a file that has none."""
+    if topic is not None:
+        problem = f"{path} is no bag, and has no topics"
+        raise click.BadParameter(problem, param_hint="--topic")
+
+
 topic_option = click.option(
     "--topic",
     metavar="T",

@@ -23,9 +23,12 @@ from hybrid_dynamics_core.formats.output_files import write_files
 from ..bags.common import PATH, robot_option
 from ..output import number, show, table, written
 from ..parameters import json_option
-from ..writing import output_option, output_path, overwrite_option
+from ..writing import output_option, output_path, overwrite_option, require_unread
 
 MAX_LISTED: Final = 10
+CHOSEN: Final = 10
+MOST_LEFT_OUT: Final = 0.25  # of the rows
+LARGEST_CHI2: Final = 25.0  # residuals five times as large as the given noise
 UNITS: Final = ("m", "rad")
 HELP: Final = """\
 Geometric parameters of ROBOT from measured rows, each with a 95 % interval.
@@ -91,10 +94,8 @@ Examples:
 @click.option(
     "--choose",
     type=click.IntRange(min=1),
-    default=10,
-    show_default=True,
     metavar="N",
-    help="Number of candidates to choose.",
+    help="Number of candidates to choose.  [default: 10]",
 )
 @output_option(help="Write the robot with the estimates to this file.")
 @overwrite_option
@@ -107,13 +108,18 @@ def command(
     loss: Loss,
     hold_out: Path | None,
     candidates: Path | None,
-    choose: int,
+    choose: int | None,
     output: str | None,
     overwrite: bool,
     as_json: bool,
 ) -> None:
     """Estimate, print the result, and write the new file."""
+    if choose is not None and candidates is None:
+        raise click.BadParameter("chooses from --candidates FILE", param_hint="--choose")
     place = None if output is None else output_path(output)
+    if place is not None:
+        inputs = [file for file in (data, hold_out, candidates) if file is not None]
+        require_unread(place, inputs)
     result = calibrate(robot, data, ",".join(free), sigma_of(sigma), loss)
     report = facts(result)
     text = text_of(result)
@@ -124,7 +130,7 @@ def command(
             sizes = f"{one.before:.3g} before, {one.after:.3g} after"
             text += f"\n{hold_out}: residuals of {name}, rms [{one.unit}]: {sizes}"
     if candidates is not None:
-        choice = further(result, robot, candidates, choose)
+        choice = further(result, robot, candidates, choose or CHOSEN)
         report["further"] = {"lines": list(choice.lines), "deviations": choice.deviations}
         text += f"\n\n{text_of_choice(choice, candidates)}"
     if place is not None:
@@ -133,9 +139,23 @@ def command(
         new_file = {place: new_text(result, place.parent)}
         write_files(new_file, result.robot.robot.description, overwrite)
     show(report, as_json, text)
+    tell_doubt(result, data)
     if result.unused:
         names = ", ".join(result.unused)
         click.echo(f"{data}: columns that are not used: {names}", err=True)
+
+
+def tell_doubt(result: Calibration, data: Path) -> None:
+    """Print on stderr that the parameters do not explain the measurements."""
+    rows = len(result.residuals)
+    left_out = len({outlier.line for outlier in result.outliers})
+    if left_out > MOST_LEFT_OUT * rows or result.chi2 > LARGEST_CHI2:
+        click.echo(
+            f"{data}: these parameters do not explain the measurements: {left_out} of {rows} rows"
+            f" are outliers, reduced chi-squared {number(result.chi2)}. Is a sensor stuck, are"
+            " columns exchanged or in another unit, or is a parameter missing in --free?",
+            err=True,
+        )
 
 
 def sigma_of(texts: tuple[str, ...]) -> float | dict[str, float] | None:

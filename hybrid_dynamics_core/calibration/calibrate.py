@@ -133,6 +133,8 @@ def row_weights(table: Table) -> Array:
     if len(wrong):
         row = int(wrong[0])
         raise InputError(f"{table.row(row)}: weight is {weights[row]:g}; expected zero or more")
+    if not weights.any():
+        raise InputError(f"{table.source}: all weights are zero; expected some above zero")
     return np.asarray(np.sqrt(weights))
 
 

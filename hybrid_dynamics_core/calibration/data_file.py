@@ -18,6 +18,8 @@ from ..ground.decimal_commas import with_point
 from ..ground.regular_files import read_regular
 
 MAX_BYTES = 200_000_000
+LARGEST = 1e12  # in any unit
+EXPECTED = "expected a measured value, or an empty cell"
 _HEADER = re.compile(r"^(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\]]*)\])?$")
 _SEPARATORS = (",", ";", "\t")
 
@@ -77,6 +79,7 @@ def _from_columns(data: Mapping[str, Sequence[float] | Array]) -> Table:
         column = np.asarray(values, dtype=float)
         if column.ndim != 1:
             raise InputError(f"data: column {name} has shape {column.shape}; expected (N,)")
+        _require_size(name, column)
         columns[name] = column
     lengths = {len(column) for column in columns.values()}
     if len(lengths) != 1 or lengths == {0}:
@@ -84,6 +87,13 @@ def _from_columns(data: Mapping[str, Sequence[float] | Array]) -> Table:
         raise InputError(f"data: expected columns of one length, with rows; there are {counts}")
     (count,) = lengths
     return Table(columns, {}, tuple(range(1, count + 1)), "row")
+
+
+def _require_size(name: str, column: Array) -> None:
+    large = np.flatnonzero(np.abs(column) > LARGEST)
+    if len(large):
+        row = int(large[0])
+        raise InputError(f"row {row + 1}: {name} is {column[row]:g}; {EXPECTED}")
 
 
 class _Reader:
@@ -145,12 +155,15 @@ class _Reader:
         if not cell:
             return math.nan
         try:
-            return float(cell)
+            value = float(cell)
         except ValueError:
             point = with_point(cell)
             hint = f"; decimals have a point: {point}" if point else ""
             problem = f"{name} is '{cell}', which is no number{hint}"
             raise InputError(f"{self.path}:{line}: {problem}") from None
+        if abs(value) > LARGEST:
+            raise InputError(f"{self.path}:{line}: {name} is {cell}; {EXPECTED}")
+        return value
 
     def factor(self, line: int, name: str, unit: str) -> float:
         """The factor from a unit to SI units."""

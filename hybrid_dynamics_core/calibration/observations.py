@@ -23,6 +23,8 @@ QUATERNION = ("qx", "qy", "qz", "qw")
 IGNORED = (WEIGHT, "time", "t", "row", "pose", "index", "id")
 ENDLESS_TURNS = 4.0 * np.pi  # [rad] readings beyond this are rather degrees
 THOUSAND = (200.0, 5000.0)  # ratio of readings in mm to lengths in m, roughly
+STEEPEST = 2.0  # [rad] inclinations beyond this are rather degrees
+LEAST_MOTION = 0.02  # of the columns of a point: share of the motion below which one has none
 UNIT_QUATERNION = 0.05  # largest deviation of a quaternion's norm from 1
 MAX_LISTED = 5
 
@@ -123,6 +125,7 @@ def observe(machine: Machine, table: Table, values: Array | None = None) -> Obse
         unused=tuple(columns.unused),
     )
     _require_metres(result)
+    _require_radians(result)
     return result
 
 
@@ -300,3 +303,45 @@ def _require_metres(observations: Observations) -> None:
             text = f"{column} goes to {size:.4g} m, where the robot has {expected:.4g} m"
             unit = f"if it is in mm, write {column} [mm] in the header"
             raise InputError(f"{observations.table.source}: {text}; {unit}")
+        _require_metres_of_each(observations.table, quantity, measured, predicted)
+
+
+def _require_metres_of_each(
+    table: Table, quantity: Quantity, measured: Array, predicted: Array
+) -> None:
+    """Raise for one column of a point that is rather in mm; a shifted frame does not matter."""
+    expected = _middle_half(predicted)
+    least = LEAST_MOTION * float(expected.max())
+    low, high = THOUSAND
+    for k, size in enumerate(_middle_half(measured)):
+        if expected[k] > least and low < size / expected[k] < high:
+            column = quantity.columns[k]
+            text = f"{column} varies by {size:.4g} m, where the robot has {expected[k]:.4g} m"
+            unit = f"if it is in mm, write {column} [mm] in the header"
+            raise InputError(f"{table.source}: {text}; {unit}")
+
+
+def _middle_half(values: Array) -> Array:
+    """The range of the middle half of each column."""
+    quarters = []
+    for column in values.T:
+        present = column[np.isfinite(column)]
+        low, high = np.quantile(present, (0.25, 0.75)) if len(present) else (0.0, 0.0)
+        quarters.append(high - low)
+    return np.array(quarters)
+
+
+def _require_radians(observations: Observations) -> None:
+    """Raise for inclinations and further angles that are rather in degrees."""
+    for quantity, measured in zip(observations.quantities, observations.measured, strict=True):
+        if isinstance(quantity, Inclination):
+            most = STEEPEST
+        elif isinstance(quantity, Coordinate) and quantity.unit == "rad":
+            most = ENDLESS_TURNS
+        else:
+            continue
+        (column,) = quantity.columns
+        size = float(np.nanmax(np.abs(measured), initial=0.0))
+        if size > most and column not in observations.table.units:
+            text = f"{column} goes to {size:.4g} rad; if it is in degrees, write {column} [deg]"
+            raise InputError(f"{observations.table.source}: {text} in the header")

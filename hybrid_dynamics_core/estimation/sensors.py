@@ -14,6 +14,7 @@ from ..robot.robot import Robot
 
 LONG = 5.0  # median intervals between samples, beyond which some are lost
 LOST = 0.1  # [s] for which samples may be lost
+SLOWEST = 5.0  # [s] between samples, beyond which the clock rather counts milliseconds
 STUCK = 1.0  # [s] without any change that are no chance
 LEAST = 20  # samples without any change that are no chance
 REPEATED = 0.2  # share of samples that repeat the one before, above which a sensor is coarse
@@ -51,6 +52,16 @@ def check_clock(time: Array) -> Array:
             " expected times that rise"
         )
     usual = float(np.median(steps))
+    if usual > SLOWEST:
+        raise SensorError(
+            f"time: samples are {usual:.3g} s apart, which shows no motion; if the clock counts in"
+            " milliseconds, divide it by 1000"
+        )
+    if usual > SLOWEST:
+        raise SensorError(
+            f"time: samples are {usual:.3g} s apart, which shows no motion; if the clock counts in"
+            " milliseconds, divide it by 1000"
+        )
     ahead = np.flatnonzero(steps > LONG * usual + LOST)
     if len(ahead):
         k = int(ahead[0])

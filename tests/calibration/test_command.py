@@ -196,3 +196,46 @@ def test_a_wrong_sigma_is_refused(measured, tmp_path, sigma):
     answer = call("calibrate", path, "--robot", robot, "--free", "reach", f"--sigma={sigma}")
     assert answer.exit_code == 2
     assert "sigma" in answer.stderr
+
+
+@pytest.mark.parametrize(
+    ("column", "change", "words"),
+    [
+        ("tool.x", lambda v: 1000.0 * v, "tool.x [mm]"),
+        ("tool.x", lambda v: np.where(v == v[3], np.inf, v), "tool.x is inf"),
+        ("tool.z", lambda v: np.where(v == v[3], 1e200, v), "tool.z is"),
+        ("weight", lambda v: 0.0 * v, "all weights are zero"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(measured, tmp_path, column, change, words):
+    _, robot, _, data = measured
+    wrong = {**data, column: change(data.get(column, np.ones(40)))}
+    path = table(tmp_path / "data.csv", wrong)
+    answer = call("calibrate", path, "--robot", robot, "--free", FREE, "--sigma", "0.05*mm")
+    assert answer.exit_code == 2
+    assert words in answer.output
+
+
+def test_measurements_are_not_replaced_by_the_result(measured, tmp_path):
+    _, robot, _, data = measured
+    path = table(tmp_path / "data.csv", data)
+    words = ("--robot", robot, "--free", FREE, "-o", path, "--overwrite")
+    answer = call("calibrate", path, *words)
+    assert answer.exit_code == 2
+    assert "is read by this call" in answer.output
+
+
+def test_choose_needs_candidates(measured, tmp_path):
+    _, robot, _, data = measured
+    path = table(tmp_path / "data.csv", data)
+    answer = call("calibrate", path, "--robot", robot, "--free", FREE, "--choose", "3")
+    assert answer.exit_code == 2
+    assert "--candidates" in answer.output
+
+
+def test_measurements_that_no_parameter_explains_are_doubted(measured, tmp_path):
+    _, robot, _, data = measured
+    stuck = {**data, "tool.x": np.full(40, data["tool.x"][0])}
+    path = table(tmp_path / "data.csv", stuck)
+    answer = call("calibrate", path, "--robot", robot, "--free", FREE, "--sigma", "0.05*mm")
+    assert "do not explain" in answer.output

@@ -157,3 +157,19 @@ def test_a_bag_is_weighed_as_its_columns_are(lifted, tmp_path):
     plain = data_of("weigh", write(folder / "lift.csv", columns), *robot)
     assert weighed["mass"] == pytest.approx(plain["mass"], abs=0.01)
     assert weighed["used"] > 0.8
+
+
+def test_a_table_has_no_topics(lifted, tmp_path):
+    folder, columns = lifted
+    data = write(tmp_path / "lift.csv", columns)
+    answer = weigh(folder, data, "--topic", "/joint_states")
+    assert answer.exit_code == 2
+    assert "--topic" in answer.output
+
+
+def test_a_clock_in_milliseconds_is_refused(lifted, tmp_path):
+    folder, columns = lifted
+    counted = {**columns, "time": 1000.0 * columns["time"]}
+    answer = weigh(folder, write(tmp_path / "lift.csv", counted))
+    assert answer.exit_code == 2
+    assert "milliseconds" in answer.output

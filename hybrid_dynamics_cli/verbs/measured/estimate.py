@@ -23,6 +23,7 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 from ...bags.common import (
     LOST,
     PATH,
+    no_topic,
     robot_option,
     span_of,
     span_options,
@@ -128,6 +129,7 @@ def _readings(path: Path, carried: SensorSet, topic: str | None) -> SensorData:
         )
     except ModuleNotFoundError as error:
         raise missing(error) from error
+    no_topic(topic, path)
     return read_sensor_table(path, carried.sensors)
 
 

@@ -21,6 +21,7 @@ from hybrid_dynamics_core.ground.units import effort_unit
 from ...bags.common import (
     LOST,
     PATH,
+    no_topic,
     robot_option,
     span_of,
     span_options,
@@ -113,6 +114,7 @@ def _measurements(
             return measurements_of_bag(path, machine, robot, topic)
         from hybrid_dynamics_ros.bags.measured_file import read_measurements  # noqa: PLC0415
 
+        no_topic(topic, path)
         return read_measurements(path, machine), []
     except ModuleNotFoundError as error:
         raise missing(error) from error
