@@ -74,7 +74,9 @@ class Capability:
             raise InputError("capability is that of one state; expected no batch")
         self._machine = machine
         self._state = state
-        self._loads = machine.loads if loads is None else loads
+        self._loads = machine.loads
+        if loads is not None:
+            self._loads = loads
         self._frame = frame
         self.drives = machine.all_drives
         self._jacobian = machine.jacobian(state, frame)
@@ -121,9 +123,13 @@ class Capability:
         if np.any(self._state.du):
             raise InputError("accelerations are those from rest; expected a state without rates")
         mass, _, _ = self._machine.minimal_form(self._state, self._loads)
-        image = solutions(self._to_tau, mass, self._needed(), *self._bounds())
+        image = self._solutions(mass, self._needed())
         rows = self._jacobian[_axes(axes)]
-        of_frame = replace(image, y0=rows @ image.y0, Y=rows @ image.Y)
+        of_frame = replace(
+            image,
+            y0=rows @ image.y0,
+            Y=rows @ image.Y,
+        )
         return self._polytope(of_frame, axes)
 
     def speeds(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
@@ -163,8 +169,9 @@ class Capability:
         frame = self._frame or self._machine.end_effector
         with_load = self._loads.with_payload(kilogram, frame)
         held = self._machine.inverse_dynamics(state, self._still, self._loads)
-        weight = self._machine.inverse_dynamics(state, self._still, with_load) - held
-        image = solutions(self._to_tau, weight[:, None], held, *self._bounds())
+        loaded = self._machine.inverse_dynamics(state, self._still, with_load)
+        weight = loaded - held
+        image = self._solutions(weight[:, None], held)
         return largest(image, self.drives)
 
     def breakout(self, drive: str, retracting: bool = False) -> Largest:
@@ -198,7 +205,23 @@ class Capability:
     def _forces(self, wrenches: Array) -> BoxImage:
         """Forces of the frame on what it touches, as multiples of k unit wrenches (k, 6)."""
         along = self._jacobian.T @ wrenches.T
-        return solutions(self._to_tau, along, self._needed(), *self._bounds())
+        return self._solutions(along, self._needed())
+
+    def _solutions(self, per_unit: Array, needed: Array) -> BoxImage:
+        """Results y that the drives can give, each within its limits.
+
+        Args:
+            per_unit: efforts (n, k) that each unit of y takes.
+            needed: efforts (n,) at y = 0.
+        """
+        lower, upper = self._bounds()
+        return solutions(
+            self._to_tau,
+            per_unit,
+            needed,
+            lower,
+            upper,
+        )
 
     def _needed(self) -> Array:
         """Efforts (n,) that the state takes without acceleration."""
@@ -212,11 +235,15 @@ class Capability:
 
     def _bounds(self) -> tuple[Array, Array]:
         """Least and greatest efforts (m,) of the drives [N m, N]."""
-        bounds = np.reshape([self.limits[name] for name in self.drives], (-1, 2))
+        ranges = [self.limits[name] for name in self.drives]
+        bounds = np.reshape(ranges, (-1, 2))
         return bounds[:, 0], bounds[:, 1]
 
     def _polytope(
-        self, image: BoxImage, axes: Sequence[str], names: tuple[str, ...] | None = None
+        self,
+        image: BoxImage,
+        axes: Sequence[str],
+        names: tuple[str, ...] | None = None,
     ) -> Polytope:
         """The polytope of an image.
 
@@ -225,7 +252,8 @@ class Capability:
             axes: names of the k axes.
             names: names of what is limited; the drives if None.
         """
-        names = self.drives if names is None else names
+        if names is None:
+            names = self.drives
         try:
             points, forces = image.vertices()
         except UnlimitedError as error:
@@ -264,7 +292,14 @@ def capability_at(
     Raises:
         InputError: a name is unknown, or the state is a batch.
     """
-    return Capability(machine, state, loads, frame, efforts, rates)
+    return Capability(
+        machine,
+        state,
+        loads,
+        frame,
+        efforts,
+        rates,
+    )
 
 
 def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
@@ -281,14 +316,16 @@ def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
     if not len(points):
         return Largest(-np.inf, (), {})
     best = int(np.argmax(points[:, 0]))
+    value = float(points[best, 0])
     efforts = dict(zip(drives, forces[best].tolist(), strict=True))
     limited_by = _at_limit(drives, forces[best], image)
-    return Largest(float(points[best, 0]), limited_by, efforts)
+    return Largest(value, limited_by, efforts)
 
 
 def limits_of(machine: Machine) -> tuple[Array, Array]:
     """Least and greatest efforts (m,) of all drives [N m, N]."""
-    bounds = np.reshape([machine.effort_ranges[name] for name in machine.all_drives], (-1, 2))
+    ranges = [machine.effort_ranges[name] for name in machine.all_drives]
+    bounds = np.reshape(ranges, (-1, 2))
     return bounds[:, 0], bounds[:, 1]
 
 

@@ -104,14 +104,22 @@ def estimate_payload(
     """
     require_type("run", run, MeasuredRun, "MeasuredRun.from_samples(...)")
     robot = run.robot
-    frame = robot.end_effector if frame is None else frame
-    loads = robot.loads if loads is None else loads
+    if frame is None:
+        frame = robot.end_effector
+    if loads is None:
+        loads = robot.loads
     require_type("loads", loads, Loads, "robot.loads")
     runs = [run]
     if empty is not None:
         require_type("empty", empty, MeasuredRun, "MeasuredRun.from_samples(...)")
         runs.append(_matching(empty, run))
-    weighing = _Weighing(runs, loads, frame, tolerances or Tolerances(), com)
+    weighing = _Weighing(
+        runs,
+        loads,
+        frame,
+        tolerances or Tolerances(),
+        com,
+    )
     return weighing.estimate()
 
 
@@ -224,7 +232,8 @@ class _Weighing:
         """
         friction = self.modelling.holding_friction(unknowns)
         rests = [standstill_columns(blocks, friction) for blocks in self.blocks]
-        deviation = np.concatenate([unknowns.deviation, *[one for _, one in rests]])
+        of_rests = [deviation for _, deviation in rests]
+        deviation = np.concatenate([unknowns.deviation, *of_rests])
         width = len(deviation)
         p = start = len(unknowns.deviation)
         matrices: list[Array] = []
@@ -257,7 +266,8 @@ class _Weighing:
 
     def _floor(self) -> Array:
         """Expected noise (k,) of a block [N m, N]."""
-        samples = np.median(np.concatenate([blocks.samples for blocks in self.blocks]))
+        counts = [blocks.samples for blocks in self.blocks]
+        samples = np.median(np.concatenate(counts))
         noise = self.limits.noise * self.size / np.sqrt(samples)
         least = 1e-6 * float(self.size.max())
         return np.asarray(np.maximum(noise, least))
@@ -273,7 +283,8 @@ class _Weighing:
         half_interval = quantile * deviation
         com, covariance = _centre(fit, self.reach)
         if self.com is not None:
-            com, covariance = self.com, np.zeros((4, 4))
+            com = self.com
+            covariance = np.zeros((4, 4))
             covariance[0, 0] = deviation**2
         samples = self.blocks[0].samples
         used = rows[: len(samples)]
@@ -281,7 +292,8 @@ class _Weighing:
         friction = {}
         for drive in self.modelling.drives:
             k = names.index(f"{drive}.coulomb")
-            friction[drive] = float(self.modelling.values[k] + fit.values[INERTIAL + k])
+            change = fit.values[INERTIAL + k]
+            friction[drive] = float(self.modelling.values[k] + change)
         share = half_interval / max(abs(mass) + self.tool_mass, 1e-12)
         return PayloadEstimate(
             mass=mass,
@@ -305,13 +317,16 @@ class _Weighing:
             return np.nan, np.nan
         first = self.blocks[0].start.astype(int)
         last = np.append(first[1:], len(time)) - 1
-        return float(time[first[used][0]]), float(time[last[used][-1]])
+        start = time[first[used][0]]
+        end = time[last[used][-1]]
+        return float(start), float(end)
 
     def _distance(self) -> float:
         """Largest distance of the frame from the base [m]."""
         robot = self.runs[0].robot
-        position = robot.forward_kinematics(self.runs[0].state, self.frame).position
-        return float(np.linalg.norm(position, axis=-1).max())
+        pose = robot.forward_kinematics(self.runs[0].state, self.frame)
+        distances = np.linalg.norm(pose.position, axis=-1)
+        return float(distances.max())
 
 
 def _quality(share: float) -> str:
@@ -351,7 +366,8 @@ def _centre(fit: Fit, reach: float) -> tuple[Array, Array]:
         reach: deviation of the centre of mass before the measurement [m].
     """
     mass = float(fit.values[0])
-    com, covariance = np.full(3, np.nan), np.full((4, 4), np.nan)
+    com = np.full(3, np.nan)
+    covariance = np.full((4, 4), np.nan)
     covariance[0, 0] = fit.covariance[0, 0]
     if mass <= 0.0:
         return com, covariance
@@ -365,5 +381,7 @@ def _centre(fit: Fit, reach: float) -> tuple[Array, Array]:
     deviation = np.sqrt(np.diagonal(covariance))
     is_shown = deviation < 0.5 * reach
     is_shown[0] = True
-    covariance = np.where(is_shown[:, None] & is_shown, covariance, np.nan)
-    return np.where(is_shown[1:], com, np.nan), covariance
+    both_shown = is_shown[:, None] & is_shown
+    covariance = np.where(both_shown, covariance, np.nan)
+    com = np.where(is_shown[1:], com, np.nan)
+    return com, covariance

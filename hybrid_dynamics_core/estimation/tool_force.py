@@ -122,16 +122,22 @@ class ToolForceModel:
             efforts: (N, k) measured efforts of the drives [N m, N].
         """
         mapping = to_drives(self.robot, state, self.drives)
-        along = (mapping @ residuals.values[..., None])[..., 0]
+        mapped = mapping @ residuals.values[..., None]
         columns = self._columns(mapping, state, efforts)
         # the residual is what the model needs less what is measured
-        along = along + (columns @ self.deviation.values[:, None])[..., 0]
+        expected = columns @ self.deviation.values[:, None]
+        along = mapped[..., 0] + expected[..., 0]
         errors = columns @ self.deviation.factor
         of_model = errors @ transposed(errors)
         of_noise = mapping @ residuals.noise @ transposed(mapping)
         covariance = of_model + of_noise + self._at_standstill(state)
         effect = self._effect(mapping, state)
-        sensed = DriveEfforts(along, covariance, effect, residuals.is_ready)
+        sensed = DriveEfforts(
+            along,
+            covariance,
+            effect,
+            residuals.is_ready,
+        )
         return sensed.force(self.frame, self.threshold)
 
     def _count_axes(self) -> int:
@@ -170,7 +176,8 @@ class ToolForceModel:
         largest: list[float] = []
         for drive in self.drives:
             k = self._parameters.names.index(f"{drive}.coulomb")
-            error = abs(float(self.deviation.values[k])) + float(deviations[k])
+            offset = abs(float(self.deviation.values[k]))
+            error = offset + float(deviations[k])
             largest.append(float(values[k]) + error)
         return np.array(largest)
 
@@ -179,9 +186,11 @@ class ToolForceModel:
         jacobian = self.robot.jacobian(state, self.frame)
         pose = self.robot.forward_kinematics(state, self.frame)
         to_frame = transposed(pose.rotation)
-        parts = [to_frame @ jacobian[:, :3], to_frame @ jacobian[:, 3:]]
-        in_frame = np.concatenate(parts, axis=1)[:, : self._axes]
-        return np.asarray(mapping @ transposed(in_frame))
+        linear = to_frame @ jacobian[:, :3]
+        angular = to_frame @ jacobian[:, 3:]
+        in_frame = np.concatenate([linear, angular], axis=1)
+        sensed = in_frame[:, : self._axes]
+        return np.asarray(mapping @ transposed(sensed))
 
 
 class ToolForceObserver:
@@ -196,8 +205,13 @@ class ToolForceObserver:
         require_type("model", model, ToolForceModel, "ToolForceModel(robot, drives)")
         self.model = model
         options = model.options
-        parts = (model.robot, options.cutoff, 2, options.max_gap, model.loads)
-        self.observer = MomentumObserver(*parts)
+        self.observer = MomentumObserver(
+            model.robot,
+            options.cutoff,
+            2,
+            options.max_gap,
+            model.loads,
+        )
 
     def step(self, time: float, state: ClosedState, efforts: ArrayLike) -> ToolForce:
         """The force after one more sample, as a batch of one.
@@ -212,7 +226,8 @@ class ToolForceObserver:
         """
         require_type("state", state, ClosedState, "robot.close(u, du)")
         row = real_array("efforts", efforts)
-        return self.run([time], ClosedState.joined([state]), row[None])
+        batch = ClosedState.joined([state])
+        return self.run([time], batch, row[None])
 
     def run(self, time: ArrayLike, state: ClosedState, efforts: ArrayLike) -> ToolForce:
         """The force at N more samples; equal to `step` bit by bit.
@@ -264,15 +279,26 @@ def tool_force(
         raise InputError("run has no times: a momentum observer takes a motion")
     robot = run.robot
     limits = tolerances or Tolerances()
-    given = robot.loads if loads is None else loads
+    given = robot.loads
+    if loads is not None:
+        given = loads
     if empty is None:
         deviation = deviation_before(robot, run.drives, given, limits)
     else:
-        deviation = deviation_of(empty.of_drives(run.drives), given, limits)
-    model = ToolForceModel(robot, run.drives, options, given, deviation)
-    residuals = ToolForceObserver(model).residuals(run.time, run.state, run.efforts)
+        same_drives = empty.of_drives(run.drives)
+        deviation = deviation_of(same_drives, given, limits)
+    model = ToolForceModel(
+        robot,
+        run.drives,
+        options,
+        given,
+        deviation,
+    )
+    observer = ToolForceObserver(model)
+    residuals = observer.residuals(run.time, run.state, run.efforts)
     is_ready = residuals.is_ready & ~_at_ends(run.time, run.bandwidth)
-    answer = model.forces(residuals._replace(is_ready=is_ready), run.state, run.efforts)
+    inner = residuals._replace(is_ready=is_ready)
+    answer = model.forces(inner, run.state, run.efforts)
     if _is_permanent(answer):
         _check_sensors(run, model, limits)
     return answer
@@ -299,14 +325,17 @@ def _check_sensors(run: MeasuredRun, model: ToolForceModel, limits: Tolerances) 
             for name in exchanged:
                 efforts[:, run.drives.index(name)] = run.exchanged[name]
             answer = ToolForceObserver(model).run(run.time, run.state, efforts)
-            if float(answer.contact[answer.is_ready].mean()) < FREE:
+            contact = answer.contact[answer.is_ready]
+            if float(contact.mean()) < FREE:
                 raise exchanged_chambers(exchanged)
 
 
 def _at_ends(time: Array, bandwidth: float) -> Mask:
     """Mask (N,) of samples near the ends of a run that was smoothed to a bandwidth [Hz]."""
     near = END / bandwidth
-    return np.asarray((time < time[0] + near) | (time > time[-1] - near))
+    at_start = time < time[0] + near
+    at_end = time > time[-1] - near
+    return np.asarray(at_start | at_end)
 
 
 def _threshold(count: int, false_alarms: float) -> float:
@@ -317,7 +346,7 @@ def _threshold(count: int, false_alarms: float) -> float:
 
 
 def _check(robot: Robot, drives: tuple[str, ...], frame: str) -> None:
-    """Raise InputError for names that are none."""
+    """Raise InputError if no drive is measured, or a name is unknown."""
     require_type("robot", robot, Robot, "load(...)")
     if not drives:
         raise InputError(f"no drive is measured; expected some of {', '.join(robot.drives)}")

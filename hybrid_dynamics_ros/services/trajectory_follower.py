@@ -63,13 +63,17 @@ class Follower:
     """Follows one motion of a robot."""
 
     def __init__(self, robot: Robot, motion: SmoothMotion, settings: ConversionSettings) -> None:
-        self._robot, self._motion, self._settings = robot, motion, settings
+        self._robot = robot
+        self._motion = motion
+        self._settings = settings
         self._limits = MotionLimits(robot, settings.least)
 
     def allowed(self, largest: FloatArray) -> FloatArray:
         """Largest allowed deviation (n,) of efforts from linear between samples [N m or N]."""
         tolerance = self._settings.tolerance
-        return tolerance * largest if tolerance > 0.0 else np.full_like(largest, np.inf)
+        if tolerance > 0.0:
+            return tolerance * largest
+        return np.full_like(largest, np.inf)
 
     def survey(self, near: ClosedState | None) -> FloatArray:
         """Largest effort of each active joint at some of the points (n,) [N m or N]."""
@@ -77,9 +81,12 @@ class Follower:
         if not self._settings.tolerance:
             return largest
         count = self._motion.time.size
-        chosen = np.unique(np.linspace(0, count - 1, min(count, _MOST_SURVEYED)).round())
+        surveyed = min(count, _MOST_SURVEYED)
+        evenly = np.linspace(0, count - 1, surveyed).round()
+        chosen = np.unique(evenly)
         for number in chosen.astype(int).tolist():
-            sample = self.sample(float(self._motion.time[number]), near)
+            moment = float(self._motion.time[number])
+            sample = self.sample(moment, near)
             if sample.state is None:
                 break
             near = sample.state
@@ -88,7 +95,8 @@ class Follower:
 
     def sample(self, moment: float, near: ClosedState | None) -> Sample:
         """The sample at a time [s], followed from a nearby state."""
-        robot, point = self._robot, self._motion.at(moment)
+        robot = self._robot
+        point = self._motion.at(moment)
         try:
             state, acceleration = _close(robot, self._motion.names, point, near)
             efforts = robot.inverse_dynamics(state, acceleration, self._settings.loads)
@@ -113,7 +121,8 @@ class Follower:
         """
         span = end - first.time
         times = [*(first.time + _QUARTERS * span).tolist(), end]
-        todo = [(self._checked(self._following(first, times), span), 0)]
+        following = self._following(first, times)
+        todo = [(self._checked(following, span), 0)]
         while todo:
             piece, halvings = todo.pop()
             is_bad = piece[-1].problem is not None
@@ -169,7 +178,8 @@ class Follower:
             return bad
         bound = int(np.flatnonzero(bad.margins < 0.0)[0])
         end = self._motion.end_after(bad.time)
-        times = np.union1d(np.linspace(bad.time, end, _MOST_LOOKED_AHEAD), [moment])
+        evenly = np.linspace(bad.time, end, _MOST_LOOKED_AHEAD)
+        times = np.union1d(evenly, [moment])
         ahead = [bad]
         for time in times[times > bad.time].tolist():
             sample = self.sample(time, ahead[-1].state)
@@ -189,7 +199,8 @@ class Follower:
         triple = samples[k - 1 : k + 2]  # none at the first, fewer at the last
         if len(triple) < 3:
             return worst
-        for moment in _lowest([one._replace(margins=one.margins[[bound]]) for one in triple]):
+        of_bound = [one._replace(margins=one.margins[[bound]]) for one in triple]
+        for moment in _lowest(of_bound):
             sample = self.sample(moment, triple[0].state)
             if sample.margins.size and sample.margins[bound] < worst.margins[bound]:
                 worst = sample
@@ -223,15 +234,25 @@ class Follower:
 
 
 def _close(
-    robot: Robot, names: tuple[str, ...], point: Sequence[FloatArray], near: ClosedState | None
+    robot: Robot,
+    names: tuple[str, ...],
+    point: Sequence[FloatArray],
+    near: ClosedState | None,
 ) -> tuple[ClosedState, FloatArray]:
     position, velocity, acceleration = point
     if names == robot.active:
         return robot.close(position, velocity, near=near), acceleration
-    values, rates, accelerations = OrderedMotion(position, velocity, acceleration).by_name(names)
-    state = robot.close_given(values, rates, accelerations, near=near)
-    dds = np.full_like(state.s, np.nan) if state.dds is None else state.dds
-    return state, dds[: state.n]
+    motion = OrderedMotion(position, velocity, acceleration)
+    values, rates, accelerations = motion.by_name(names)
+    state = robot.close_given(
+        values,
+        rates,
+        accelerations,
+        near=near,
+    )
+    if state.dds is None:
+        return state, np.full(state.n, np.nan)
+    return state, state.dds[: state.n]
 
 
 def _is_linear(samples: Sequence[Sample], allowed: FloatArray) -> bool:
@@ -239,7 +260,8 @@ def _is_linear(samples: Sequence[Sample], allowed: FloatArray) -> bool:
     efforts = np.array([sample.values[3] for sample in samples])
     share = _QUARTERS[:, None]
     line = (1.0 - share) * efforts[0] + share * efforts[-1]
-    return bool((np.abs(efforts[1:-1] - line) <= _CAUTION * allowed).all())
+    deviation = np.abs(efforts[1:-1] - line)
+    return bool((deviation <= _CAUTION * allowed).all())
 
 
 def _middles(samples: Sequence[Sample]) -> list[float]:
@@ -268,13 +290,16 @@ def _dips(samples: Sequence[Sample], least_step: float) -> list[float]:
 
 def _lowest(triple: Sequence[Sample]) -> list[float]:
     """Times of minima, near or below zero, of parabolas through margins."""
-    (t0, g0), (t1, g1), (t2, g2) = [(sample.time, sample.margins) for sample in triple]
+    t0, t1, t2 = [sample.time for sample in triple]
+    g0, g1, g2 = [sample.margins for sample in triple]
     slope = (g1 - g0) / (t1 - t0)
-    curvature = ((g2 - g1) / (t2 - t1) - slope) / (t2 - t0)
+    next_slope = (g2 - g1) / (t2 - t1)
+    curvature = (next_slope - slope) / (t2 - t0)
     with np.errstate(divide="ignore", invalid="ignore"):
         at = 0.5 * (t0 + t1 - slope / curvature)
         least = g0 + (at - t0) * (slope + curvature * (at - t1))
     margins = np.array([g0, g1, g2])
     error = _PARABOLA_ERROR * np.ptp(margins, axis=0)
-    dips = (curvature > 0.0) & (least < error) & (at > t0) & (at < t2)
+    is_inside = (at > t0) & (at < t2)
+    dips = (curvature > 0.0) & (least < error) & is_inside
     return [float(moment) for moment in at[dips]]

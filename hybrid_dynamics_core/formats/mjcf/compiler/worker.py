@@ -73,7 +73,8 @@ class _Compiler:
         """Remove meshes that give no mass; return the other ones that are missing."""
         needed: dict[str, str] = {}
         for number, body in enumerate(self.bodies):
-            gives_mass = number > 0 and self.moving[number] and self.uses_shapes(body)
+            is_weighed = number > 0 and self.moving[number]
+            gives_mass = is_weighed and self.uses_shapes(body)
             for geom in list(body.geoms):
                 self.geoms.add(geom)
                 geom.contype = geom.conaffinity = 0
@@ -102,8 +103,12 @@ class _Compiler:
         return use == _TRUE or (use == _AUTO and not body.explicitinertial)
 
     def is_from_file(self, geom: Any) -> bool:
-        kinds = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF)
-        return bool(geom.meshname) or geom.type in (*kinds, mujoco.mjtGeom.mjGEOM_HFIELD)
+        kinds = (
+            mujoco.mjtGeom.mjGEOM_MESH,
+            mujoco.mjtGeom.mjGEOM_SDF,
+            mujoco.mjtGeom.mjGEOM_HFIELD,
+        )
+        return bool(geom.meshname) or geom.type in kinds
 
     def has_mass(self, geom: Any) -> bool:
         first, last = self.settings.inertiagrouprange
@@ -156,7 +161,8 @@ class _Compiler:
     def inertia(self, number: int) -> Any:
         """The tensor about the centre of mass in body axes; as written if MuJoCo kept it."""
         rotation = _rotation(self.model.body_iquat[number])
-        compiled = rotation @ numpy.diag(self.model.body_inertia[number]) @ rotation.T
+        principal = numpy.diag(self.model.body_inertia[number])
+        compiled = rotation @ principal @ rotation.T
         written = self.written.get(number)
         if written is None:
             return (compiled + compiled.T) / 2.0
@@ -198,7 +204,8 @@ class _Compiler:
         ]
 
     def body(self, body: Any) -> dict[str, Any]:
-        model, k = self.model, body.id
+        model = self.model
+        k = body.id
         first = int(model.body_jntadr[k])
         return {
             "name": body.name,
@@ -217,8 +224,10 @@ class _Compiler:
         }
 
     def joint(self, joint: Any) -> dict[str, Any]:
-        model, k = self.model, joint.id
-        dof, address = int(model.jnt_dofadr[k]), int(model.jnt_qposadr[k])
+        model = self.model
+        k = joint.id
+        dof = int(model.jnt_dofadr[k])
+        address = int(model.jnt_qposadr[k])
         kind = int(model.jnt_type[k])
         count = {_FREE: 6, _BALL: 3}.get(kind, 1)
         dofs = slice(dof, dof + count)
@@ -247,7 +256,8 @@ class _Compiler:
         }
 
     def site(self, site: Any) -> dict[str, Any]:
-        model, k = self.model, site.id
+        model = self.model
+        k = site.id
         return {
             "name": site.name,
             "line": site.info,
@@ -257,7 +267,8 @@ class _Compiler:
         }
 
     def equality(self, equality: Any) -> dict[str, Any]:
-        model, k = self.model, equality.id
+        model = self.model
+        k = equality.id
         kinds = ("connect", "weld", "joint", "tendon")
         kind = int(model.eq_type[k])
         return {
@@ -271,27 +282,34 @@ class _Compiler:
         }
 
     def tendon(self, tendon: Any) -> dict[str, Any]:
-        model, k = self.model, tendon.id
+        model = self.model
+        k = tendon.id
         first = int(model.tendon_adr[k])
         wraps = slice(first, first + int(model.tendon_num[k]))
-        columns = (model.wrap_type[wraps], model.wrap_objid[wraps], model.wrap_prm[wraps])
+        columns = (
+            model.wrap_type[wraps].tolist(),
+            model.wrap_objid[wraps].tolist(),
+            model.wrap_prm[wraps].tolist(),
+        )
         forces: dict[str, float] = {}
         for word in ("stiffness", "damping", "frictionloss", "armature", "springyield"):
-            forces[word] = float(numpy.ravel(getattr(model, f"tendon_{word}")[k])[0])
+            values = getattr(model, f"tendon_{word}")[k]
+            forces[word] = float(numpy.ravel(values)[0])
         for word in ("stiffness", "damping"):
             polynomial = getattr(model, f"tendon_{word}poly")[k]
             forces[f"{word} of higher degree"] = float(numpy.abs(polynomial).max())
         return {
             "name": tendon.name,
             "line": tendon.info,
-            "wraps": list(zip(*(column.tolist() for column in columns), strict=True)),
+            "wraps": list(zip(*columns, strict=True)),
             "rest": model.tendon_lengthspring[k].tolist(),
             "length": float(model.tendon_length0[k]),
             "forces": {word: value for word, value in forces.items() if value},
         }
 
     def actuator(self, actuator: Any) -> dict[str, Any]:
-        model, k = self.model, actuator.id
+        model = self.model
+        k = actuator.id
         kinds = ("joint", "jointinparent", "crank", "tendon", "site", "body")
         kind = int(model.actuator_trntype[k])
         control = int(model.actuator_ctrladr[k])
@@ -326,7 +344,12 @@ def _sorted(elements: Any) -> list[Any]:
 
 def _tensor(full: Any) -> Any:
     xx, yy, zz, xy, xz, yz = full
-    return numpy.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    entries = [
+        [xx, xy, xz],
+        [xy, yy, yz],
+        [xz, yz, zz],
+    ]
+    return numpy.array(entries)
 
 
 def _rotation(quaternion: Any) -> Any:
