@@ -102,19 +102,16 @@ def _stations(constraints: Constraints, count: int) -> Array:
     turns = constraints.turns(dense)
     gaps = np.abs(np.subtract.outer(s, turns))
     # the turns take the places of stations that are close to them
-    is_free = (
-        gaps.min(
-            axis=1,
-            initial=end,
-        )
-        > _CLOSE * end / count
-    )
-    is_free[0] = is_free[-1] = True
+    nearest = gaps.min(axis=1, initial=end)
+    is_free = nearest > _CLOSE * end / count
+    is_free[0] = True
+    is_free[-1] = True
     margin = _CLOSE * end / count**2
     inside = turns[(turns > margin) & (turns < end - margin)]
     # pressures jump there: a station on either side
-    beside = [inside - _ASIDE * margin, inside + _ASIDE * margin]
-    return np.unique(np.concatenate([s[is_free], *beside]))
+    aside = _ASIDE * margin
+    stations = np.concatenate([s[is_free], inside - aside, inside + aside])
+    return np.unique(stations)
 
 
 class Search:
@@ -132,11 +129,9 @@ class Search:
         fractions = np.linspace(0.0, 1.0, count + 1)
         fractions = np.clip(fractions, _BESIDE, 1.0 - _BESIDE)
         inside = s[:-1, None] + np.diff(s)[:, None] * fractions
-        self.stretch = np.repeat(
-            np.arange(len(s) - 1),
-            len(fractions),
-        )
-        self.fraction = np.tile(fractions, len(s) - 1)
+        stretches = np.arange(len(s) - 1)
+        self.stretch = np.repeat(stretches, len(fractions))
+        self.fraction = np.tile(fractions, len(stretches))
         self.fine = inside.ravel()
 
     # -- checks before
@@ -170,14 +165,8 @@ class Search:
             np.zeros_like(one.u),
             self.constraints.loads,
         )
-        texts = [
-            margin.text
-            for margin in margins_of(
-                self.constraints.limits,
-                one,
-                tau,
-            ).beyond
-        ]
+        margins = margins_of(self.constraints.limits, one, tau)
+        texts = [margin.text for margin in margins.beyond]
         what = "; ".join(texts) or "less than the given share of a limit is needed"
         problem = f"{self.curve.between(s)}, the drives cannot hold {machine.name} at rest: {what}"
         warnings = [text for text in machine.description.warnings if "are these bar?" in text]
@@ -208,27 +197,16 @@ class Search:
         still = np.zeros(len(self.s))
         here = self.constraints.residuals(self.s, still, still)
         with np.errstate(divide="ignore", invalid="ignore"):
-            a = (
-                self.constraints.residuals(
-                    self.s,
-                    still,
-                    still + 1.0,
-                )
-                - here
-            )
+            pushed = self.constraints.residuals(self.s, still, still + 1.0)
+            a = pushed - here
             each = np.where(a > 0.0, -here / a, np.inf)
         strongest = each.min(axis=1)
         # from rest no more is reached than by the strongest push all along the path
-        reached = (
-            8.0
-            * np.where(
-                np.isfinite(strongest),
-                strongest,
-                0.0,
-            ).max()
-            * self.curve.end
-        )
-        bounded = np.minimum(fastest, reached if reached > 0.0 else np.inf)
+        pushes = np.where(np.isfinite(strongest), strongest, 0.0)
+        reached = 8.0 * pushes.max() * self.curve.end
+        bounded = fastest
+        if reached > 0.0:
+            bounded = np.minimum(fastest, reached)
         if not np.isfinite(bounded).all():
             raise InputError(
                 "nothing limits the motion: the description has no effort, pressure, rate,"
@@ -288,9 +266,10 @@ class Search:
         return np.maximum(squares, 0.0), dds
 
     def _excess(self, x: Array) -> tuple[Array, Array]:
-        """By how much rows are exceeded about each station (N, k), and rates (N,), on a fine grid.
+        """What a profile exceeds about each station, on the fine grid.
 
-        The second is a share of the limits of rates and flows.
+        Returns:
+            By how much rows are exceeded (N, k); rates and flows as shares of their limits (N,).
         """
         squares, dds = self._fine_profile(x)
         count = len(self.s) - 1
@@ -298,22 +277,12 @@ class Search:
         # about a turn values jump; either side of it has a station
         widths = np.diff(self.s)
         is_smooth = widths > _JUMP * self.curve.end / count
-        by_stretch = _peaks(
-            residuals.reshape(count, -1, residuals.shape[1]),
-            is_smooth,
-        )
-        ratio = (
-            self.constraints.speed_ratio(
-                self.fine,
-                squares,
-            )
-            / self.constraints.share
-        )
-        ratio_by_stretch = _peaks(
-            ratio.reshape(count, -1, 1),
-            is_smooth,
-        )[:, 0]
-        return _about_stations(by_stretch), _about_stations(ratio_by_stretch)
+        pieces = residuals.reshape(count, -1, residuals.shape[1])
+        exceeded = _about_stations(_peaks(pieces, is_smooth))
+        speed_ratio = self.constraints.speed_ratio(self.fine, squares)
+        ratio = speed_ratio / self.constraints.share
+        peaks = _peaks(ratio.reshape(count, -1, 1), is_smooth)
+        return exceeded, _about_stations(peaks[:, 0])
 
     def _within(self, x: Array) -> Array:
         """The profile (N,), or a slower one that keeps all limits on the fine grid."""
@@ -321,10 +290,9 @@ class Search:
             excess, ratio = self._excess(x)
             if excess.max() <= 0.0 and ratio.max() <= 1.0:
                 return x
-            x = x * min(
-                _slowed(excess.max()),
-                1.0 / max(ratio.max(), 1.0) ** 2,
-            )
+            by_rows = _slowed(excess.max())
+            by_rates = 1.0 / max(ratio.max(), 1.0) ** 2
+            x = x * min(by_rows, by_rates)
         raise InputError("no motion along the path keeps all limits, however slow")
 
     # -- result
@@ -332,23 +300,22 @@ class Search:
     def _finished(self, x: Array, loads: Loads | None) -> TimedMotion:
         squares, dds = self._fine_profile(x)
         state = self.constraints.state(self.fine, squares)
-        slope, curvature = (
-            self.curve.at(
-                self.fine,
-                1,
-            ),
-            self.curve.at(
-                self.fine,
-                2,
-            ),
-        )
+        slope = self.curve.at(self.fine, 1)
+        curvature = self.curve.at(self.fine, 2)
         ddu = slope * dds[:, None] + curvature * squares[:, None]
         tau = self.constraints.machine.inverse_dynamics(state, ddu, loads)
         self.constraints.check_idle(tau)
         margins = margins_of(self.constraints.limits, state, tau, ddu)
         times = times_of(self.s, x)
         reached = at_limit(margins, self.constraints.share)
-        return TimedMotion(self.curve, self.s, x, times, margins, reached)
+        return TimedMotion(
+            self.curve,
+            self.s,
+            x,
+            times,
+            margins,
+            reached,
+        )
 
 
 def _slowed(excess: float) -> float:
@@ -364,26 +331,17 @@ def _peaks(values: Array, is_smooth: np.ndarray) -> Array:
     Between two places a smooth curve is above its chord by an eighth of the second difference.
     """
     with np.errstate(invalid="ignore"):
-        bends = np.abs(
-            np.diff(
-                values,
-                n=2,
-                axis=1,
-            )
-        ).max(axis=1)
-    bends = np.where(
-        np.isfinite(bends) & is_smooth[:, None],
-        bends,
-        0.0,
-    )
+        second_differences = np.diff(values, n=2, axis=1)
+        bends = np.abs(second_differences).max(axis=1)
+    counts = np.isfinite(bends) & is_smooth[:, None]
+    bends = np.where(counts, bends, 0.0)
     return np.asarray(values.max(axis=1) + bends / 8.0)
 
 
 def _about_stations(by_stretch: Array) -> Array:
     """The larger one of the stretches before and after each station."""
-    first, last = by_stretch[:1], by_stretch[-1:]
-    before = np.concatenate([first, by_stretch])
-    after = np.concatenate([by_stretch, last])
+    before = np.concatenate([by_stretch[:1], by_stretch])
+    after = np.concatenate([by_stretch, by_stretch[-1:]])
     return np.asarray(np.maximum(before, after))
 
 
