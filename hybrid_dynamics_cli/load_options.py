@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import click
 
 from hybrid_dynamics_core import Loads, Payload, Robot, cylinder_force
+from hybrid_dynamics_core.description.actuators import HydraulicCylinder
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.suggestions import no_such_name
 
@@ -15,6 +16,10 @@ from .parameters import frame_option
 from .quantities import QuantityRange, value_of
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+HIGHEST = 1e8  # [Pa] above any hydraulic system
+SLACK = 1.5  # times the supply pressure, up to which there are peaks at stops
+VACUUM = -2e5  # [Pa] gauge, below any vacuum
+FAINT = 1000.0  # [Pa] below which numbers are rather in bar
 COMPONENTS = ("N", "N", "N", "N m", "N m", "N m")
 _OPTIONS = (
     click.option(
@@ -97,5 +102,24 @@ def pressure_forces(machine: Robot, texts: tuple[str, ...]) -> dict[str, float]:
         if name not in machine.cylinders:
             raise InputError(f"--pressures: {no_such_name('cylinder', name, machine.cylinders)}")
         sides = numbers("--pressures", pair.replace(":", ","), ("Pa", "Pa"), (2,))
-        forces[name] = float(cylinder_force(machine.cylinders[name], *sides))
+        if name in forces:
+            raise InputError(f"--pressures: {name} is given twice")
+        cylinder = machine.cylinders[name]
+        _require_pascals(cylinder, sides)
+        forces[name] = float(cylinder_force(cylinder, *sides))
     return forces
+
+
+def _require_pascals(cylinder: HydraulicCylinder, sides: list[float]) -> None:
+    """Raise InputError for gauge pressures that a cylinder cannot have, as numbers in bar."""
+    least, most = min(sides), max(sides)
+    highest = min(HIGHEST, SLACK * cylinder.supply_pressure)
+    problem = ""
+    if least < VACUUM:
+        problem = f"{least:g} Pa, below a vacuum"
+    elif most > highest:
+        problem = f"{most:g} Pa, and its supply has {cylinder.supply_pressure:g} Pa"
+    elif 0.0 < most < FAINT:
+        problem = f"{most:g} Pa at most; if that is in bar, write {most:g}*bar"
+    if problem:
+        raise InputError(f"--pressures: {cylinder.joint} has {problem}")

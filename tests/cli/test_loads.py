@@ -107,3 +107,22 @@ def test_hinges_in_a_plane_have_no_moments_and_pressures_determine_accelerations
     answer = call("reactions", "excavator", "--pressures", "boom_cylinder=1:2", "--ddu", "0,0,0,0")
     assert answer.exit_code == 2
     assert "leave out --ddu" in answer.output
+
+
+@pytest.mark.parametrize(
+    ("pressures", "words"),
+    [
+        (("130:5",), "130*bar"),
+        (("-3*bar:5*bar",), "vacuum"),
+        (("1e12:0",), "its supply has"),
+        (("130*bar:5*bar", "120*bar:5*bar"), "given twice"),
+    ],
+)
+@pytest.mark.parametrize("verb", ["id", "reactions", "fd"])
+def test_pressures_that_no_cylinder_has_are_refused(verb, pressures, words):
+    options = []
+    for pair in pressures:
+        options += ["--pressures", f"boom_cylinder={pair}"]
+    answer = call(verb, "excavator", *options)
+    assert answer.exit_code == 2
+    assert words in answer.output
