@@ -127,10 +127,11 @@ class Polynomial(NamedTuple):
         *others, total = self.coefficients
         for coefficient in reversed(others):
             total = total.times(z).plus(coefficient)
-        inverse = Ball(
+        one = Ball(
             np.ones_like(z.middle),
             np.zeros_like(z.radius),
-        ).divided_by(z)
+        )
+        inverse = one.divided_by(z)
         factor = z
         if self.lowest < 0:
             factor = inverse

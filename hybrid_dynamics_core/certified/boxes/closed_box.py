@@ -184,13 +184,8 @@ def closed_boxes(graph: LoopGraph, cells: Cells) -> ClosedBoxes:
     residual = graph.residuals(cells)
     radius = np.full((count, size), LEAST)
     holds = np.zeros(count, dtype=bool)
-    step, doubt = (
-        np.zeros((count, size)),
-        np.full(
-            (count, size),
-            np.inf,
-        ),
-    )
+    step = np.zeros((count, size))
+    doubt = np.full((count, size), np.inf)
     for _ in range(ATTEMPTS):
         slopes = graph.jacobian(cells, radius)
         inverse = slopes.preconditioner()

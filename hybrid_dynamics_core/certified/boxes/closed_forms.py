@@ -92,13 +92,8 @@ class ClosedForms:
             is_open |= margin.upper < 0.0
         for guard in self._guards.at(inputs, count):
             closes &= guard.lower > 0.0
-        place_lower, place_upper = (
-            np.full(
-                (count, 3),
-                np.nan,
-            ),
-            np.full((count, 3), np.nan),
-        )
+        place_lower = np.full((count, 3), np.nan)
+        place_upper = np.full((count, 3), np.nan)
         for axis, value in enumerate(self._place.at(inputs, count)):
             place_lower[:, axis] = value.lower
             place_upper[:, axis] = value.upper
@@ -139,14 +134,9 @@ class _Sloped:
             about = total
             for move in moves:
                 about = about + next(slopes) * move
-            closest = (
-                np.fmax(
-                    value.lower,
-                    about.lower,
-                ),
-                np.fmin(value.upper, about.upper),
-            )
-            results.append(Interval(*closest))
+            lowest = np.fmax(value.lower, about.lower)
+            highest = np.fmin(value.upper, about.upper)
+            results.append(Interval(lowest, highest))
         return results
 
 

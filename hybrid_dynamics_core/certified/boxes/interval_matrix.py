@@ -67,10 +67,8 @@ class IntervalMatrix(NamedTuple):
             contraction = bound(defect.sum(axis=2)).max(axis=1)
             first = bound(defect @ np.abs(near))
             share = contraction / (1.0 - contraction)
-            others = share[:, None, None] * first.max(
-                axis=1,
-                keepdims=True,
-            )
+            largest = first.max(axis=1, keepdims=True)
+            others = share[:, None, None] * largest
             radius = bound(first + others)
         regular = contraction < 0.5
         radius = np.where(

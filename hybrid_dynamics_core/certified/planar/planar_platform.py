@@ -121,10 +121,8 @@ class PlanarPlatform:
         state = planar_chain(self.carrier, (0.0, 0.0), configuration)
         columns = [_direction(self.carrier, state.places, joint) for joint in slides]
         directions = np.array(columns).T
-        gap = np.array([place.real, place.imag]) - np.array(
-            state.end,
-            dtype=float,
-        )
+        goal = np.array([place.real, place.imag])
+        gap = goal - np.array(state.end, dtype=float)
         if abs(float(np.linalg.det(directions))) < CLEAR:
             return False
         strokes = np.linalg.solve(directions, gap)
@@ -201,10 +199,8 @@ def _parts(
         (g.chain_a, g.point_a),
         (g.chain_b, g.point_b),
     )
-    for (
-        joints,
-        end,
-    ), other in zip(ends, reversed(ends), strict=True):
+    for one, other in zip(ends, reversed(ends), strict=True):
+        joints, end = one
         moving = [joint for joint in joints if joint.coordinate in unknown]
         if len(moving) == 1 and moving[0].revolute and moving[0].coordinate not in shared:
             carrier, tip = other

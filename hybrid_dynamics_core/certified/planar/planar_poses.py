@@ -96,17 +96,15 @@ def _eliminated(legs: PlanarLegs) -> _Elimination:
     first_square = _part(legs.squares, 0)
     u, v, w = [], [], []
     for leg in (1, 2):
-        alpha = _part(
-            legs.feet,
-            leg,
-        ).minus(_part(legs.feet, 0))
-        beta = _part(
-            legs.tips,
-            leg,
-        ).minus(_part(legs.tips, 0))
-        alpha_bar, beta_bar = alpha.conjugate(), beta.conjugate()
+        foot = _part(legs.feet, leg)
+        alpha = foot.minus(_part(legs.feet, 0))
+        tip = _part(legs.tips, leg)
+        beta = tip.minus(_part(legs.tips, 0))
+        alpha_bar = alpha.conjugate()
+        beta_bar = beta.conjugate()
         constant = _part(legs.squares, leg).minus(first_square)
-        constant = constant.minus(alpha.times(alpha_bar)).minus(beta.times(beta_bar))
+        constant = constant.minus(alpha.times(alpha_bar))
+        constant = constant.minus(beta.times(beta_bar))
         u.append(Polynomial(-1, (beta_bar, _negative(alpha_bar))))
         v.append(Polynomial(0, (_negative(alpha), beta)))
         middle = (

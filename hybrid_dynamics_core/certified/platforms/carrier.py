@@ -112,10 +112,8 @@ class Carrier:
         """
         state = self.ball.before.at(configuration.with_zeros(self.slides))
         axes = {joint.body.coordinate: joint.axis for joint in state.joints}
-        directions = np.array(
-            [axes[k] for k in self.slides],
-            dtype=float,
-        ).T
+        rows = [axes[k] for k in self.slides]
+        directions = np.array(rows, dtype=float).T
         gap = centre - np.array(state.end, dtype=float)
         strokes = np.linalg.pinv(directions) @ gap
         for k, stroke in zip(

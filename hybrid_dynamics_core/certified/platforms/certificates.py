@@ -123,15 +123,9 @@ def _made_real(points: Complex) -> tuple[Complex, Flags]:
     phase = np.take_along_axis(points, largest, axis=1)
     turned = points * (phase.conj() / np.abs(phase))
     real = np.abs(turned.imag).max(axis=1) < 1e-9
-    sizes = np.linalg.norm(
-        turned.real,
-        axis=1,
-    )[:, None]
-    result = np.where(
-        real[:, None],
-        turned.real / sizes,
-        turned,
-    )
+    sizes = np.linalg.norm(turned.real, axis=1)
+    units = turned.real / sizes[:, None]
+    result = np.where(real[:, None], units, turned)
     return result, real
 
 

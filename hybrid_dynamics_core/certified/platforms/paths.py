@@ -159,12 +159,8 @@ class PathTracker:
 
     def _values(self, points: Complex, places: Array) -> _Values:
         count = len(points)
-        powers = (points @ self._matrix).reshape(
-            count,
-            3,
-            self._count,
-            self._size,
-        )
+        shape = (count, 3, self._count, self._size)
+        powers = np.reshape(points @ self._matrix, shape)
         constant, linear, second = np.moveaxis(powers, 1, 0)
         place = places[:, None, None]
         products = constant + place * (linear + place * second)
@@ -237,13 +233,8 @@ def polished(
 
 
 def _unit(points: Complex) -> Complex:
-    unit: Complex = (
-        points
-        / np.linalg.norm(
-            points,
-            axis=1,
-        )[:, None]
-    )
+    sizes = np.linalg.norm(points, axis=1)
+    unit: Complex = points / sizes[:, None]
     return unit
 
 

@@ -53,11 +53,8 @@ def start_system(number: int, in_pairs: bool = False) -> StartSystem:
     if number:
         first = start_system(0, in_pairs)
         legs = _random_legs(random, in_pairs)
-        ends = PathTracker.between(
-            first.legs,
-            legs,
-            closeness=1e-7,
-        ).ends(first.points)
+        tracker = PathTracker.between(first.legs, legs, closeness=1e-7)
+        ends = tracker.ends(first.points)
         return StartSystem(legs, ends.points[ends.arrived])
     legs, point = _legs_through_a_pose(random, in_pairs)
     points = point[None]
@@ -110,27 +107,20 @@ def _legs_through_a_pose(
     in_pairs: bool,
 ) -> tuple[Legs, Complex]:
     """Random legs, and a pose (8,) at which they close."""
-    e, g = _numbers(random, 4), _numbers(random, 4)
+    e = _numbers(random, 4)
+    g = _numbers(random, 4)
     g = g - e * (g @ e) / (e @ e)
     point = np.concatenate([e, g])
-    legs = _random_legs(
-        random,
-        in_pairs,
-    )._replace(squares=np.zeros(6, dtype=complex))
+    legs = _random_legs(random, in_pairs)
+    legs = legs._replace(squares=np.zeros(6, dtype=complex))
     values = np.einsum("i,kij,j->k", point, quadrics(legs), point)
     fitting = legs._replace(squares=values[:6] / (e @ e))
     return fitting, point / np.linalg.norm(point)
 
 
 def _random_legs(random: np.random.Generator, in_pairs: bool) -> Legs:
-    feet, tips = (
-        _numbers(
-            random,
-            6,
-            3,
-        ),
-        _numbers(random, 6, 3),
-    )
+    feet = _numbers(random, 6, 3)
+    tips = _numbers(random, 6, 3)
     if in_pairs:
         tips = np.repeat(tips[:3], 2, axis=0)
     return Legs(feet, tips, 2.0 * _numbers(random, 6))

@@ -75,10 +75,8 @@ def cells_figure(
 
 def _free(robot: Robot, cells: CertifiedCells) -> list[int]:
     """The two coordinates that are not constant."""
-    widths = (cells.upper - cells.lower).max(
-        axis=0,
-        initial=0.0,
-    )
+    differences = cells.upper - cells.lower
+    widths = differences.max(axis=0, initial=0.0)
     free = np.flatnonzero(widths > 0.0).tolist()
     if len(widths) != len(robot.active) or len(free) != 2:
         count = counted(len(free), "coordinate")
