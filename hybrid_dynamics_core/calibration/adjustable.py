@@ -29,7 +29,6 @@ from ..library import load
 Place = Literal["file", "expanded", "gain", "base"]
 Change = float | list[float]
 OUTSIDE = ("gain", "base")  # places of parameters that no file has
-_PIN = re.compile(r"loops\.(?P<loop>.+)\.pin\.(?P<role>base|arm|k1|k2)(?P<after>$|[.\[].*)")
 _AXIS = re.compile(r"joints\.(?P<joint>.+)\.axis(?:\[(?P<index>[012])\])?")
 _OF_MODULE = re.compile(r"(?P<name>\w+)(?:\[(?P<leg>\d+)\])?")
 _UNIT = re.compile(r"\[(m|rad)\]")
@@ -165,7 +164,7 @@ class AdjustableRobot:
         if virtual:
             return virtual
         try:
-            path = path_of(self.written, self._with_link(name))
+            path = path_of(self.written, name)
         except UnknownNameError as error:
             others = self._axis(name) or self._module_default(name)
             if others:
@@ -182,19 +181,6 @@ class AdjustableRobot:
         """The document with a path: before short forms are expanded, or after."""
         before, after = self.written.expanded
         return before if has_entry(before.data, path[:2]) else after
-
-    def _with_link(self, name: str) -> str:
-        """The path of a pin in which `arm`, `k1`, ... are replaced by the link in that place."""
-        match = _PIN.fullmatch(name)
-        if match is None:
-            return name
-        document = self._document(("loops", match["loop"]))
-        loops = document.entries("loops")
-        loop = loops.get(match["loop"], {})
-        role = match["role"]
-        if role in loop.get("pin", {}) or role not in loop:
-            return name
-        return f"loops.{match['loop']}.pin.{loop[role]}{match['after']}"
 
     def _parameter(self, name: str, path: KeyPath) -> FreeParameter:
         """The parameter of a path."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy import stats
 
 from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array
@@ -183,12 +182,16 @@ class _Results:
         freedom = self.fitted.freedom
         if freedom < 1.0:
             return 1.0
+        from scipy import stats  # noqa: PLC0415  slow to import
+
         limit = float(stats.chi2.isf(DOUBT, freedom)) / freedom
         chi2 = self.fitted.chi2
         return float(np.sqrt(chi2)) if chi2 > limit else 1.0
 
     def _quantile(self) -> float:
         """Deviations on each side of an interval."""
+        from scipy import stats  # noqa: PLC0415  slow to import
+
         tail = 0.5 * (1.0 - CONFIDENCE)
         is_certain = all(self.fitted.noise.is_given) and self.factor == 1.0
         if is_certain:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy import stats
 
 from ..ground.arrays import Array
 from .fit import Fitted, Fitter, Mask
@@ -112,6 +111,8 @@ def _scatter(fitter: Fitter, sizes: Array) -> float:
 
     Where the robot fits worse than the given noise, its own scatter counts.
     """
+    from scipy import stats  # noqa: PLC0415  slow to import
+
     measured = sizes[fitter.measured]
     deviation = np.median(measured) / stats.norm.ppf(0.75)
     return max(1.0, float(deviation))
@@ -119,6 +120,8 @@ def _scatter(fitter: Fitter, sizes: Array) -> float:
 
 def _limit(fitter: Fitter, sizes: Array) -> float:
     """Size of a studentised residual that noise does not reach."""
+    from scipy import stats  # noqa: PLC0415  slow to import
+
     count = int(np.count_nonzero(fitter.measured))
     tail = 0.5 * CASES / max(count, 1)
     deviations = float(stats.norm.isf(tail))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
 
 from ..ground.arrays import Array
 
@@ -64,6 +63,8 @@ def unseen_combinations(
         scales: natural units (k,).
         prior: deviation of what no measurement shows [m].
     """
+    from scipy.linalg import qr  # noqa: PLC0415  slow to import
+
     values, vectors = np.linalg.eigh(covariance)
     least = SHOWN * prior
     is_unseen = values > least * least

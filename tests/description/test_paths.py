@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import DescriptionError, InputError, Robot, load, shipped_robots
+from hybrid_dynamics_core.calibration import AdjustableRobot
 from hybrid_dynamics_core.description.parameters import (
     parameter_paths,
     parameter_value,
@@ -129,6 +130,58 @@ def test_every_number_listed_is_read_and_written_back_the_same(name: str) -> Non
         assert np.allclose(joint.translation, other.translation, rtol=0.0, atol=1e-12)
     for link, other in zip(description.links.values(), again.links.values(), strict=True):
         assert np.allclose(link.com, other.com, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("role", ["arm", "k2"])
+def test_a_pin_is_named_by_the_role_of_its_link(file: Path, role: str) -> None:
+    """As in calibration: the same text of paths is read, changed and estimated."""
+    link = {"arm": "boom", "k2": "rod"}[role]
+    robot = load(file)
+    by_role, by_link = f"loops.lift.pin.{role}", f"loops.lift.pin.{link}"
+    before = parameter_value(robot.description, by_link)
+    np.testing.assert_array_equal(parameter_value(robot.description, by_role), before)
+    other = robot.with_parameters({f"{by_role}[0]": before[0] + 0.01})
+    same = robot.with_parameters({f"{by_link}[0]": before[0] + 0.01})
+    np.testing.assert_array_equal(other.close([-1.2, 0.0]).s, same.close([-1.2, 0.0]).s)
+    free = AdjustableRobot(file).parameters([f"{by_role}[0]"])
+    assert free[0].start == before[0]
+    with pytest.raises(InputError, match="given twice"):
+        robot.with_parameters({f"{by_role}[0]": 0.6, f"{by_link}[0]": 0.6})
+
+
+FLAGS = """\
+format: 1
+name: body
+floating: true
+links: {base: {mass: 2}, hand: {mass: 1}}
+joints:
+  q1: {type: revolute, parent: base, child: hand, axis: y}
+active: [q1]
+end_effector: {link: hand}
+"""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "floating.mass",
+        "floating.x[0]",
+        "floating[0]",
+        "name.x",
+        "format.x",
+        "links.hand.mass.x",
+        "joints.q1.axis.x",
+        "joints.q1.type.x.y",
+        "loops.lift.pin.arm[0]",
+        "loops.pin.arm",
+    ],
+)
+def test_a_path_below_what_is_no_mapping_is_unknown(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "body.yaml"
+    path.write_text(FLAGS, encoding="utf-8")
+    robot = load(path)
+    with pytest.raises(UnknownNameError, match="there is no parameter"):
+        robot.with_parameters({name: 1.0})
 
 
 def test_entries_of_modules_have_paths() -> None:

@@ -38,6 +38,31 @@ def built(tmp_path_factory: pytest.TempPathFactory):
     return make
 
 
+TABLED = """\
+format: 1
+name: arm
+links: {base: {}, upper: {mass: 2, com: [0.2, 0, 0]}, lower: {mass: 1, com: [0.1, 0, 0]}}
+joints:
+  q1: {type: revolute, parent: base, child: upper, axis: y, TABLE}
+  q2: {type: revolute, parent: upper, child: lower, axis: y, effort_limit: 7}
+active: [q1, q2]
+end_effector: {link: lower}
+"""
+
+
+@pytest.mark.parametrize("is_tabled", [True, False])
+def test_a_table_of_efforts_is_noted_where_its_largest_effort_stands(tmp_path, is_tabled) -> None:
+    table = "effort_table: {rate: [0, 1], effort: [12, 5]}" if is_tabled else "effort_limit: 12"
+    path = tmp_path / "arm.yaml"
+    path.write_text(TABLED.replace("TABLE", table), encoding="utf-8")
+    files = to_c(load(path), ["inverse_dynamics"])
+    assert re.search(r"arm_effort_limits\[\w+\] = \{\s*12\.0, 7\.0\}", files["arm.c"])
+    for name in ("arm.h", "README.md"):
+        text = " ".join(files[name].split())
+        note = "Tables of largest efforts are not exported (q1): arm_effort_limits has only"
+        assert (note in text) == is_tabled
+
+
 @needs_compiler
 @pytest.mark.parametrize("name", ROBOTS)
 def test_numbers_are_those_of_the_library(built, name: str) -> None:

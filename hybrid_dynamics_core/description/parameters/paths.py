@@ -2,14 +2,15 @@
 
 A name is one of `parameters:`. A path has keys and indices as in the file: `links.boom.mass`,
 `joints.q2.origin.xyz[0]`. A path without its last index means all numbers of a list. Entries that
-short forms stand for, such as joints of modules, have paths too.
+short forms stand for, such as joints of modules, have paths too. Pins of loops may be named by the
+role of their link: `loops.lift.pin.arm[0]`.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from ..model import RobotDescription
 from ..values import ValueReader
 from .entries_at import entry_at, has_entry
 from .number_keys import is_number_key, is_schema_key, number_leaves, unwritten
+from .pin_roles import with_link
 from .written import Written, written_of
 
 _PARAMETERS = "parameters"
@@ -85,6 +87,8 @@ def with_parameters(description: RobotDescription, values: Mapping[str, Any]) ->
     changes: dict[KeyPath, Any] = {}
     for name, value in values.items():
         path = path_of(written, name)
+        if path in changes:
+            raise InputError(f"{name_of(path)} is given twice, the second time as '{name}'")
         changes[path] = _checked(written, name, path, value)
     return written.changed(changes).described()
 
@@ -134,7 +138,7 @@ def path_of(written: Written, name: str) -> KeyPath:
     if text in before.entries(_PARAMETERS):
         return (_PARAMETERS, text)
     for document in (before, after):
-        for path in _resolved(document.data, text, ()):
+        for path in _resolved(document.data, with_link(document, text), ()):
             if _is_parameter(document, path):
                 return path
     raise UnknownNameError(_unknown(text, before, after))
@@ -176,11 +180,16 @@ def _behind(text: str, key: str) -> str:
 
 def _first_keys(data: Any, text: str, path: KeyPath) -> list[str]:
     """Keys with which a text may begin, the longest first; the data may lack one of the schema."""
-    candidates = {key for key in data or () if isinstance(key, str) and _begins(text, key)}
+    candidates = {key for key in _keys(data) if isinstance(key, str) and _begins(text, key)}
     simple = _KEY_END.split(text, maxsplit=1)[0]
     if is_schema_key((*path, simple)):
         candidates.add(simple)
     return sorted(candidates, key=len, reverse=True)
+
+
+def _keys(data: Any) -> Iterable[Any]:
+    """Keys of a mapping; none of anything else."""
+    return data if isinstance(data, dict) else ()
 
 
 def _begins(text: str, key: str) -> bool:

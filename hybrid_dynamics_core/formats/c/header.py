@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 
+from ...description.model import Joint
 from ...kernels.trace import Trace
 from ...programs import OutcomeKind
 from ...robot.robot import Robot
@@ -34,6 +36,7 @@ CONSTANTS = (
     ("double {p}_effort_limits[{p}_NU]", "largest efforts; infinite if there is none"),
     ("char *const {p}_coordinate_names[{p}_NS]", "names of the coordinates s in the description"),
 )
+INDENT = "   "  # of the lines of a comment after the first
 
 _ARGUMENTS = """\
 /* payload (10): mass, centre of mass (3), and Ixx, Ixy, Ixz, Iyy, Iyz, Izz about it, in axes of the
@@ -67,6 +70,9 @@ def header_text(
     ]
     for text, meaning in CONSTANTS:
         parts.append(f"/* {meaning} */\nextern const {text.format(p=p)};\n")
+    note = table_note(robot, p)
+    if note:
+        parts.append(f"/* {note} */\n")
     parts += [_name_lists(names, one) for one in traced if one.lists]
     for one in traced:
         operations = before + count_operations(one.trace)
@@ -76,6 +82,24 @@ def header_text(
         )
     parts += ["#ifdef __cplusplus\n}\n#endif\n", f"#endif /* {p}_H */\n"]
     return "\n".join(parts)
+
+
+def table_note(robot: Robot, prefix: str) -> str:
+    """What became of tables of efforts: the constant has the largest one; empty without tables."""
+    joints = robot.description.joints
+    tabled = [name for name in robot.coordinates if name in joints and _has_table(joints[name])]
+    if not tabled:
+        return ""
+    listed = ", ".join(comment(name) for name in tabled)
+    text = (
+        f"Tables of largest efforts are not exported ({listed}): {prefix}_effort_limits has only"
+        " the largest effort of an active coordinate. At a rate or position it may be less."
+    )
+    return textwrap.fill(text, 90, subsequent_indent=INDENT, break_on_hyphens=False)
+
+
+def _has_table(joint: Joint) -> bool:
+    return joint.effort_table is not None
 
 
 def _opening(robot: Robot, names: Names, follows: bool) -> str:
