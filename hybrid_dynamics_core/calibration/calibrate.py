@@ -16,7 +16,7 @@ from .data_file import Table, table_of
 from .fit import Fitted, Fitter
 from .loop_choices import with_general_bars
 from .machine import Machine
-from .noise import Sigma, noise_of
+from .noise import Sigma, noise_of, rms
 from .observations import WEIGHT, Observations, OpenRowsError, observe
 from .outlying import LOSSES, Loss, outliers_of, without_outliers
 from .result import Calibration, Estimate, Misfit, OutlyingRow
@@ -236,9 +236,9 @@ class _Results:
             mine = self.owners == k
             is_used = fitted.weights[:, mine] > 0.0
             misfits[quantity.name] = Misfit(
-                before=_rms(self.before[:, mine]),
-                after=_rms(after[:, mine][is_used]),
-                held_out=_rms(held_out[:, mine][is_used]),
+                before=rms(self.before[:, mine]),
+                after=rms(after[:, mine][is_used]),
+                held_out=rms(held_out[:, mine][is_used]),
                 sigma=float(noise.by_component[mine][0]),
                 unit=quantity.unit,
             )
@@ -274,10 +274,3 @@ class _Results:
                 columns = tuple(f"{quantity.name} {axis}" for axis in "xyz")
             names += columns
         return tuple(names)
-
-
-def _rms(values: Array) -> float:
-    measured = values[np.isfinite(values)]
-    if not measured.size:
-        return float("nan")
-    return float(np.sqrt(np.mean(measured**2)))

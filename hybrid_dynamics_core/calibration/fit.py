@@ -122,6 +122,10 @@ class Fitter:
         """The same fit with other weights (N, c), not yet minimised."""
         return self._with_covariance(replace(fitted, weights=weights))
 
+    def with_noise(self, fitted: Fitted, noise: Noise) -> Fitted:
+        """The same fit with other deviations, not yet minimised."""
+        return self._with_covariance(replace(fitted, noise=noise))
+
     def minimised(self, fitted: Fitted) -> Fitted:
         """The parameters with the least sum of squares."""
         damping = FIRST_DAMPING

@@ -98,3 +98,12 @@ def _by_name(sigma: Sigma, quantities: Sequence[Quantity]) -> dict[str, float]:
             raise InputError(f"sigma: is {number:g}; expected a deviation above zero")
         checked[name] = number
     return checked
+
+
+def rms(values: Array) -> float:
+    """Root mean square of what was measured; NaN of nothing."""
+    measured = values[np.isfinite(values)]
+    if not measured.size:
+        return float("nan")
+    squares = measured**2
+    return float(np.sqrt(squares.mean()))

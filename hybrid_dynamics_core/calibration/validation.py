@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..ground.arrays import Array
 from .calibrate import Data
 from .data_file import table_of
 from .machine import Machine
+from .noise import rms
 from .observations import observe
 from .result import Calibration
 
@@ -52,12 +52,3 @@ def validate(calibration: Calibration, data: Data) -> dict[str, Validation]:
         sizes = rms(before[:, mine]), rms(after[:, mine])
         results[quantity.name] = Validation(*sizes, quantity.unit)
     return results
-
-
-def rms(values: Array) -> float:
-    """Root mean square of what was measured; NaN of nothing."""
-    measured = values[np.isfinite(values)]
-    if not measured.size:
-        return float("nan")
-    squares = measured**2
-    return float(np.sqrt(squares.mean()))

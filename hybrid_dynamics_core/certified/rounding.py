@@ -9,6 +9,7 @@ from ..ground.arrays import Array
 # Sums of at most 90 real or 30 complex products are off by less than this share of the sum of
 # absolute values, in any order, with or without fused operations (Higham 2002, chapter 3).
 SHARE = 2.0**-46
+TERMS = 90
 TINY = 1e-290  # more than all that underflows in such a sum
 
 

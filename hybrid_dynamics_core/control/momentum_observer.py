@@ -99,6 +99,7 @@ class MomentumObserver:
         self._value = np.zeros(n)  # in the middle of the newest interval
         self._slope = np.zeros(n)  # [N m/s, N/s]
         self._count = 0  # intervals since the start
+        self._step = 0.0  # [s] the newest interval
         self._compared = (-np.inf, np.zeros(n))  # time and residual
         self._comparisons = 0
 
@@ -169,10 +170,12 @@ class MomentumObserver:
         """Take the mean external effort (n,) over an interval [s] up to a time [s]."""
         self._count += 1
         gain, slope_gain = self._gains(step)
-        expected = self._value + step * self._slope
+        distance = 0.5 * (self._step + step)  # of the middles of two intervals
+        expected = self._value + distance * self._slope
         change = mean - expected
         self._value = expected + gain * change
-        self._slope = self._slope + slope_gain / step * change
+        self._slope = self._slope + slope_gain / distance * change
+        self._step = step
         self.residual = self._value + 0.5 * step * self._slope
         before, residual = self._compared
         if not np.isfinite(before):

@@ -120,9 +120,9 @@ class Cycle:
         if name not in self._robot.cylinders:
             raise InputError(no_such_name("cylinder", name, self._robot.cylinders))
         cylinder = self._robot.cylinders[name]
-        effort = self.effort(name)
-        area = np.where(effort.value < 0.0, -cylinder.rod_area, cylinder.cap_area)
-        return effort / area
+        push = self.effort(name) * cylinder.sign
+        area = np.where(push.value < 0.0, -cylinder.rod_area, cylinder.cap_area)
+        return push / area
 
     def margin(self, name: str) -> Quantity:
         """Distance of a coordinate to its nearer limit (points,) [rad or m], negative beyond."""

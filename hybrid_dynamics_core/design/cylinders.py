@@ -71,7 +71,8 @@ def size_bores(
         tau = robot.inverse_dynamics(state, np.zeros(len(robot.active)), loads or robot.loads)
         along = robot.drive_forces(state, tau)
         for name, values in forces.items():
-            values.append(float(along[name]))
+            push = robot.cylinders[name].sign * along[name]
+            values.append(float(push))
     sized = {
         name: _sized(robot, name, np.array(f), pressure[name], series) for name, f in forces.items()
     }

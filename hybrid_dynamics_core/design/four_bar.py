@@ -161,13 +161,13 @@ def centre(poses: ArrayLike, moving: ArrayLike) -> Dyad:
     """
     point = real_array("moving", moving)
     places = _places(_checked(poses, 3), point)
-    matrix = 2.0 * (places[1:] - places[0])
-    squares = (places**2).sum(axis=1)
-    area = abs(np.linalg.det(matrix))
+    steps = places[1:] - places[0]
+    squares = (steps**2).sum(axis=1)
+    area = abs(np.linalg.det(steps))
     if area <= _CLOSED * squares.max():
         raise InputError("the point's three places are on a line: no circle goes through them")
-    fixed = np.linalg.solve(matrix, squares[1:] - squares[0])
-    return Dyad(fixed, point, _length(places[0] - fixed))
+    arm = np.linalg.solve(2.0 * steps, squares)
+    return Dyad(places[0] + arm, point, _length(arm))
 
 
 def burmester(poses: ArrayLike) -> tuple[Dyad, ...]:

@@ -169,6 +169,19 @@ def test_outliers_are_named_and_left_out(tmp_path):
     assert robust.parameters["reach"].value == pytest.approx(0.802, abs=1e-4)
 
 
+@pytest.mark.parametrize("loss", ["reject", "huber"])
+def test_many_outliers_do_not_hide_behind_an_estimated_noise(tmp_path, loss):
+    data = columns(changed(tmp_path, reach="reach: 0.802 "), poses(60), noise=NOISE)
+    signs = np.random.default_rng(2).choice([-1.0, 1.0], size=(3, 9))
+    for axis, sign in zip("xyz", signs, strict=True):
+        data[f"tool.{axis}"][:9] += 0.03 * sign
+    result = calibrate(write(tmp_path), data, "reach, joints.turn.offset", loss=loss)
+    assert [one.line for one in result.outliers] == list(range(1, 10))
+    assert result.parameters["reach"].value == pytest.approx(0.802, abs=10.0 * NOISE)
+    if loss == "reject":
+        assert result.misfits["tool"].sigma == pytest.approx(NOISE, rel=0.3)
+
+
 def test_a_row_with_weight_zero_does_not_count(tmp_path):
     data = columns(changed(tmp_path, reach="reach: 0.802 "), poses(12))
     data["tool.x"][3] = 5.0

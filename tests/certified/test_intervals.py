@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hybrid_dynamics_core.certified.boxes.interval_matrix import IntervalMatrix
 from hybrid_dynamics_core.certified.interval import Interval
+from hybrid_dynamics_core.certified.rounding import TERMS
 from tests.sampling import examples
 
 NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)
@@ -59,3 +61,10 @@ def test_waves_hold_their_extreme_values(lower: float, upper: float) -> None:
 def test_a_narrow_interval_is_inside_a_wider_one() -> None:
     assert Interval(0.1, 0.2).inside(Interval(0.0, 0.3))
     assert not Interval(0.0, 0.2).inside(Interval(0.0, 0.3))
+
+
+def test_matrices_whose_rounding_is_not_bounded_have_no_inverse() -> None:
+    middle = np.eye(TERMS + 1)[None]
+    exact = IntervalMatrix(middle, np.zeros_like(middle))
+    assert np.isnan(exact.preconditioner()).all()
+    assert np.isinf(exact.inverse().radius).all()

@@ -150,3 +150,14 @@ def test_a_single_sample_is_a_state(excavator):
     joined = ClosedState.joined([state])
     momentum, _ = balance(excavator, joined, np.zeros((1, 4)))
     assert momentum == pytest.approx(np.zeros((1, 4)))
+
+
+def test_the_second_order_follows_a_ramp_at_uneven_times(excavator):
+    state = excavator.close(excavator.reference)
+    held = excavator.inverse_dynamics(state, np.zeros(4))
+    steps = np.random.default_rng(3).uniform(0.002, 0.05, 200)
+    time = np.cumsum(steps)
+    ramp = time[:, None] * np.array([100.0, -2e3, 1e3, 500.0])
+    still = ClosedState.joined([state] * len(time))
+    found = MomentumObserver(excavator, 5.0, 2).run(time, still, held - ramp).values
+    assert found[2:] == pytest.approx(ramp[2:], rel=1e-6, abs=1e-6)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import InputError, load
+from hybrid_dynamics_core import InputError, Robot, load
 from hybrid_dynamics_core.design import Cycle, Design, Duty, FourBar, Quantity, size_bores
+from hybrid_dynamics_core.dynamics.hydraulics import chamber_pressures
 from hybrid_dynamics_core.kernels.run import VARIABLE
 
 PINS = {
@@ -189,3 +192,23 @@ def test_wrong_designs_get_one_line(boom: Design) -> None:
         boom.minimise(spread, starts=0)
     with pytest.raises(InputError, match="there is no active joint 'boom_pitch'"):
         boom.cycle().effort("boom_pitch")
+
+
+def test_a_cylinder_that_shrinks_its_coordinate_pulls_where_another_pushes(boom: Design) -> None:
+    robot = load("excavator")
+    cylinder = robot.cylinders["boom_cylinder"]
+    turned = replace(cylinder, sign=-1.0)
+    mounted = replace(
+        robot.description, actuators={**robot.description.actuators, "boom_cylinder": turned}
+    )
+    other = Robot(mounted)
+    state = other.close(other.reference)
+    push = -other.inverse_dynamics(state, np.zeros(4))[1]
+    sized = size_bores(other, [(state, None)], {"boom_cylinder": 40e6})["boom_cylinder"]
+    assert sized.push == pytest.approx(max(push, 0.0) / 2.0)
+    assert sized.pull == pytest.approx(max(-push, 0.0) / 2.0)
+    family = boom.cycle()._family
+    cycle = Cycle(family, SWING, family.reference, other, family.values)
+    forces = cycle.effort("boom_cylinder").value
+    cap, rod = chamber_pressures(turned, forces)
+    assert np.allclose(cycle.pressure("boom_cylinder").value, np.maximum(cap, rod))

@@ -146,3 +146,12 @@ def test_chebyshevs_straight_line() -> None:
         places = robot.forward_kinematics(path).position
         assert np.allclose(places[-1, :2], (x, 4.0), atol=0.01)
         assert np.abs(places[:, 1] - 4.0).max() < 0.02
+
+
+@pytest.mark.parametrize("away", [0.0, 10.0, 1e3])
+def test_a_circle_does_not_depend_on_the_origin(away: float) -> None:
+    poses = poses_of((0.01, 0.004, 0.009, 0.008), [0.3, 1.6, 2.9])
+    poses[:, :2] += away
+    dyad = centre(poses, [0.009, 0.0])
+    assert np.allclose(dyad.fixed, (0.01 + away, away), atol=1e-8)
+    assert dyad.length == pytest.approx(0.008, rel=1e-6)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...ground.arrays import Array
 from ..interval import Interval
-from ..rounding import SHARE, bound
+from ..rounding import SHARE, TERMS, bound
 
 
 class IntervalMatrix(NamedTuple):
@@ -40,8 +40,13 @@ class IntervalMatrix(NamedTuple):
         )
 
     def preconditioner(self) -> Array:
-        """Matrices (N, n, n) near the inverses of the middles; NaN where there is none."""
+        """Matrices (N, n, n) near the inverses of the middles; NaN where there is none.
+
+        There is none for more rows than `SHARE` bounds the rounding of.
+        """
         inverse = np.full_like(self.middle, np.nan)
+        if self.middle.shape[2] > TERMS:
+            return inverse
         with np.errstate(all="ignore"):
             determinants = np.linalg.det(self.middle)
         usable = np.isfinite(determinants) & (determinants != 0.0)
