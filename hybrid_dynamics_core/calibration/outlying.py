@@ -117,11 +117,15 @@ def _scatter(fitter: Fitter, sizes: Array) -> float:
 
     Where the robot fits worse than the given noise, its own scatter counts.
     """
+    measured = sizes[fitter.measured]
+    return max(1.0, _by_median(measured))
+
+
+def _by_median(sizes: Array) -> float:
+    """The deviation of normal residuals with these sizes (k,), by their median."""
     from scipy import stats  # noqa: PLC0415  slow to import
 
-    measured = sizes[fitter.measured]
-    deviation = np.median(measured) / stats.norm.ppf(0.75)
-    return max(1.0, float(deviation))
+    return float(np.median(sizes) / stats.norm.ppf(0.75))
 
 
 def _narrowed(fitter: Fitter, fitted: Fitted) -> Fitted:
@@ -138,7 +142,7 @@ def _narrowed(fitter: Fitter, fitted: Fitted) -> Fitted:
         measured = sizes[:, mine][counts[:, mine]]
         if not len(measured):
             continue
-        scatter = float(np.median(measured) / stats.norm.ppf(0.75))
+        scatter = _by_median(measured)
         chance = DOUBT * MEDIAN / np.sqrt(len(measured))
         if scatter < max(SURELY, 1.0 - chance):
             deviations[k] *= scatter

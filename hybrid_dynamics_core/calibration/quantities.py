@@ -15,6 +15,7 @@ from ..ground.arrays import Array
 from .closed_rows import PosedRows
 
 TURN = 2.0 * np.pi  # [rad]
+HALF_TURN = 1e-6  # sine of an angle near half a turn below which its axis is lost in rounding
 SMALL = 1e-12  # sine of an angle below which its axis does not matter
 
 
@@ -164,9 +165,22 @@ def rotation_vectors(rotation: Array) -> Array:
     axis = 0.5 * np.stack([x, y, z], axis=1)
     sine = np.linalg.norm(axis, axis=1)
     trace = np.trace(rotation, axis1=1, axis2=2)
-    angle = np.arctan2(sine, 0.5 * (trace - 1.0))
+    cosine = 0.5 * (trace - 1.0)
+    angle = np.arctan2(sine, cosine)
     is_turned = sine > SMALL
     ratio = angle / np.maximum(sine, SMALL)
     factor = np.where(is_turned, ratio, 1.0)
     vectors: Array = factor[:, None] * axis
+    for row in np.flatnonzero((sine < HALF_TURN) & (cosine < 0.0)):
+        vectors[row] = angle[row] * _half_turn_axis(rotation[row], axis[row])
     return vectors
+
+
+def _half_turn_axis(rotation: Array, along: Array) -> Array:
+    """The axis (3,) of a rotation by nearly half a turn, on the side of a vector (3,)."""
+    products = 0.5 * (rotation + rotation.T) + np.eye(3)
+    column = products[:, np.argmax(np.diag(products))]
+    axis: Array = column / np.linalg.norm(column)
+    if axis @ along < 0.0:
+        return -axis
+    return axis

@@ -70,27 +70,27 @@ class LimitMargins:
 
     @property
     def shares(self) -> Array:
-        """Margins over the size of the bound that is nearer."""
+        """Margins over half the range between the bounds, or over the size of a single bound."""
         is_upper = self.upper - self.values <= self.values - self.lower
         nearer = np.where(is_upper, self.upper, self.lower)
-        return np.asarray(
-            self.margins
-            / np.maximum(
-                np.abs(nearer),
-                ROUNDING,
-            )
-        )
+        half = 0.5 * (self.upper - self.lower)
+        sizes = np.where(np.isfinite(half), half, np.abs(nearer))
+        return np.asarray(self.margins / np.maximum(sizes, ROUNDING))
 
     @property
     def beyond(self) -> tuple[Margin, ...]:
         """Each quantity that is beyond its bound, where it is furthest; the worst first."""
-        furthest = [margin for margin in self._smallest() if self._is_beyond(margin)]
-        return tuple(sorted(furthest, key=_share))
+        ranked = sorted(self._smallest(), key=_share)
+        return tuple(margin for _, margin in ranked if self._is_beyond(margin))
 
     @property
     def nearest(self) -> Margin | None:
-        """The quantity with the smallest share of its bound left; None without limits."""
-        return min(self._smallest(), key=_share, default=None)
+        """The quantity with the least of `shares` left; None without limits."""
+        ranked = sorted(self._smallest(), key=_share)
+        if not ranked:
+            return None
+        _, margin = ranked[0]
+        return margin
 
     def _is_beyond(self, margin: Margin) -> bool:
         slack = ROUNDING
@@ -98,21 +98,22 @@ class LimitMargins:
             slack *= abs(margin.limit)
         return margin.margin < -slack
 
-    def _smallest(self) -> list[Margin]:
-        """The smallest margin of each quantity over the batch."""
-        margins = np.atleast_2d(self.margins)
+    def _smallest(self) -> list[tuple[float, Margin]]:
+        """The smallest margin of each quantity over the batch, after its share."""
+        margins, shares = np.atleast_2d(self.margins), np.atleast_2d(self.shares)
         values, lower, upper = map(
             np.atleast_2d,
             (self.values, self.lower, self.upper),
         )
-        result: list[Margin] = []
+        result: list[tuple[float, Margin]] = []
         for k, row in enumerate(self.rows):
             if not np.isfinite(margins[:, k]).any():
                 continue
             index = int(np.nanargmin(margins[:, k]))
             low, high = float(lower[index, k]), float(upper[index, k])
             value = float(values[index, k])
-            result.append(_margin(row, value, (low, high), index))
+            margin = _margin(row, value, (low, high), index)
+            result.append((float(shares[index, k]), margin))
         return result
 
 
@@ -162,8 +163,9 @@ def margins_of(
     )
 
 
-def _share(margin: Margin) -> float:
-    return margin.margin / max(abs(margin.limit), ROUNDING)
+def _share(ranked: tuple[float, Margin]) -> float:
+    share, _ = ranked
+    return share
 
 
 def _margin(

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.calibration import calibrate, new_text
+from hybrid_dynamics_core.calibration.quantities import rotation_vectors
 from hybrid_dynamics_core.robot.robot import Robot
 from tests.cli.calling import shipped_text
 from tests.sampling import swept
@@ -297,3 +299,15 @@ joints:
 active: [bend]
 end_effector: {link: arm, xyz: [0.4, 0, 0]}
 """
+
+
+@pytest.mark.parametrize("left", [0.0, 1e-14, 1e-9, 1e-5, 1.0, np.pi - 1e-3, np.pi])
+def test_rotation_vectors_of_any_angle(left):
+    random = np.random.default_rng(5)
+    axes = np.concatenate([np.eye(3), random.normal(size=(20, 3))])
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    vectors = (np.pi - left) * axes
+    found = rotation_vectors(Rotation.from_rotvec(vectors).as_matrix())
+    if left < 1e-12:  # either way round
+        found *= np.sign((found * vectors).sum(axis=1))[:, None]
+    assert found == pytest.approx(vectors, abs=1e-8)

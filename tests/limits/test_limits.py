@@ -11,6 +11,7 @@ from hybrid_dynamics_core import DescriptionError, Robot
 from hybrid_dynamics_core.description.actuators import EffortTable, Pump
 from hybrid_dynamics_core.export import to_mjcf, to_sdf, to_urdf_plus, to_yaml
 from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.limits import LimitMargins
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.cli.calling import call
 from tests.limits.machines import CRANE, crane
@@ -170,3 +171,17 @@ def test_a_saturated_simulation_keeps_pressures_flows_and_powers() -> None:
         allowed = {"flow": 0.11, "pump_flow": 0.11, "pump_power": 0.11}.get(row.kind, 1e-9)
         assert share > -allowed, row
     assert motion.tau[0, 0] < 66e3  # 210 bar on the bore
+
+
+def test_shares_of_margins_do_not_depend_on_the_zero_of_a_joint(machine: Robot) -> None:
+    state = machine.close(machine.reference)
+    margins = machine.limit_margins(state)
+    row = next(row for row in margins.rows if row.kind == "position")
+    for lower, upper in ((0.0, 0.6), (-0.6, 0.0), (1.0, 1.6)):
+        for value, share in ((lower + 3e-3, 0.01), (upper + 3e-3, -0.01)):
+            ends = np.array([lower]), np.array([upper])
+            one = LimitMargins((row,), np.array([value]), *ends)
+            assert one.shares == pytest.approx([share])
+    near = LimitMargins((row, row), np.array([1e-3, 0.3]), np.zeros(2), np.array([0.6, 0.31]))
+    assert near.nearest is not None
+    assert near.nearest.value == 1e-3

@@ -79,6 +79,7 @@ def test_the_section_of_a_chart_is_what_is_lifted_at_a_height() -> None:
     assert section(chart, 9.0)[0].size == 0
     tool = 2.0
     assert f"{(3e3 - 500.0 * tool + 70.0) / 1e3:.2f} t" in diagram(reach, lifted, tool, 0.7)
+    assert "outside the chart" in diagram(reach, lifted, reach[-1] + 0.1, 0.7)
 
 
 def test_the_panel_has_pressures_and_pins_of_the_present_load(

@@ -112,7 +112,9 @@ def diagram(reach: Array, mass: Array, tool: float, height: float) -> str:
     y = _HEIGHT * (1.0 - mass / most)
     corners = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
     at = _WIDTH * tool / far
-    lifted = float(np.interp(tool, reach, mass))
+    lifted = "outside the chart"
+    if reach[0] <= tool <= reach[-1]:
+        lifted = mass_text(float(np.interp(tool, reach, mass)))
     picture = (
         f"<svg viewBox='-4 -4 {_WIDTH + 8:.0f} {_HEIGHT + 8:.0f}' width='100%'>"
         f"<rect width='{_WIDTH}' height='{_HEIGHT}' fill='none' stroke='{GRID}'/>"
@@ -121,7 +123,7 @@ def diagram(reach: Array, mass: Array, tool: float, height: float) -> str:
     )
     rows = [
         f"<td class=q>height</td><td class=n>{height:.2f} m</td>",
-        f"<td class=q>lifted at {tool:.2f} m</td><td class=n>{mass_text(lifted)}</td>",
+        f"<td class=q>lifted at {tool:.2f} m</td><td class=n>{lifted}</td>",
         f"<td class=q>top of the picture</td><td class=n>{mass_text(most)}</td>",
     ]
     return f"<div class=hd>{picture}</div>{table(rows)}"
