@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from ..ground.arrays import Array
+from ..identification.outliers import robust_deviation
 from .fit import Fitted, Fitter, Mask
 
 Loss = Literal["reject", "huber", "linear"]
@@ -118,14 +119,7 @@ def _scatter(fitter: Fitter, sizes: Array) -> float:
     Where the robot fits worse than the given noise, its own scatter counts.
     """
     measured = sizes[fitter.measured]
-    return max(1.0, _by_median(measured))
-
-
-def _by_median(sizes: Array) -> float:
-    """The deviation of normal residuals with these sizes (k,), by their median."""
-    from scipy import stats  # noqa: PLC0415  slow to import
-
-    return float(np.median(sizes) / stats.norm.ppf(0.75))
+    return max(1.0, float(robust_deviation(measured)))
 
 
 def _narrowed(fitter: Fitter, fitted: Fitted) -> Fitted:
@@ -142,7 +136,7 @@ def _narrowed(fitter: Fitter, fitted: Fitted) -> Fitted:
         measured = sizes[:, mine][counts[:, mine]]
         if not len(measured):
             continue
-        scatter = _by_median(measured)
+        scatter = float(robust_deviation(measured))
         chance = DOUBT * MEDIAN / np.sqrt(len(measured))
         if scatter < max(SURELY, 1.0 - chance):
             deviations[k] *= scatter

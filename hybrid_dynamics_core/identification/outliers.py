@@ -36,7 +36,7 @@ def noise_limit(count: int) -> float:
 
 
 def robust_deviation(values: Array) -> Array:
-    """Standard deviation (n,) of Gaussian values (N, n) about zero, by the median of sizes."""
+    """Standard deviation (...) of Gaussian values (N, ...) about zero, by the median of sizes."""
     from scipy.special import ndtri  # noqa: PLC0415  slow to import
 
     medians = np.median(np.abs(values), axis=0)
