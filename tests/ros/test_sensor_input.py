@@ -75,7 +75,13 @@ def test_readings_give_joints_as_if_they_were_measured(path):
     assert results[-1].efforts is not None
     assert "slew" in inputs.describe()["deviations"]
     assert not inputs.doubtful
-    for k in range(20, 60):
+    for k in range(20, 30):  # ten wrong ones, each repeated for every late one of another sensor
+        inputs.take([SensorReading("slew", START + PERIOD * k, np.array([1.5]))])
+    angle = carried["boom_pitch"].observe(truth, np.zeros(4)).readings
+    for k in range(5):
+        inputs.take([SensorReading("boom_pitch", START + PERIOD * 20 + k, angle)])
+    assert not inputs.doubtful
+    for k in range(30, 60):
         inputs.take([SensorReading("slew", START + PERIOD * k, np.array([1.5]))])
     assert inputs.doubtful == ("slew",)
     entries = runtime.monitor._sensor_entries()

@@ -71,11 +71,14 @@ class SensorInput:
             if self._first_ns is None:
                 self._first_ns = self._newest_ns = reading.stamp_ns
             time = (reading.stamp_ns - self._first_ns) / NS
+            had_started = self._filter.has_started
             try:
                 shown = self._filter.add(time, reading.sensor, reading.values)
             except InputError as error:
                 raise RejectedError(RejectionCode.REFUSED, one_line(error)) from error
             self._newest_ns = max(self._newest_ns, reading.stamp_ns)
+            if had_started:
+                shown = shown[:1]  # the others are repeated, since this one came late
             for innovation in shown:
                 self._in_row[innovation.sensor] += 1
                 if innovation.is_used:
