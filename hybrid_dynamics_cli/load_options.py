@@ -93,6 +93,13 @@ def numbers(option: str, text: str, units: tuple[str, ...], counts: tuple[int, .
     return values
 
 
+def massless_notes(machine: Robot) -> list[str]:
+    """A line where no link has a mass: zeros are no answer then."""
+    if any(link.mass for link in machine.description.links.values()):
+        return []
+    return ["note: no link has a mass; efforts and forces are those of given loads alone"]
+
+
 def pressure_forces(machine: Robot, texts: tuple[str, ...]) -> dict[str, float]:
     """Forces of cylinders [N] from --pressures NAME=CAP:ROD."""
     forces: dict[str, float] = {}

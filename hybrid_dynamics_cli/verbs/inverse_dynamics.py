@@ -12,7 +12,7 @@ from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import effort_unit
 
 from ..limits import beyond, margin_facts, margin_lines, margins_at
-from ..load_options import load_options, loads_of, pressure_forces, pressures_option
+from ..load_options import load_options, loads_of, massless_notes, pressure_forces, pressures_option
 from ..output import by_name, show, table
 from ..parameters import (
     accelerations_of,
@@ -112,6 +112,7 @@ def effort_table(machine: Robot, tau: Array, parts: Mapping[str, Array]) -> str:
         shares = [float(part[k]) for part in parts.values()]
         rows.append([name, float(tau[k]), unit, *shares])
     notes = [f"note: {name} is idle: nobody gives the effort along it" for name in machine.idle]
+    notes += massless_notes(machine)
     return "\n".join([table(HEAD, rows), *notes])
 
 

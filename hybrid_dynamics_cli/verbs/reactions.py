@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ..limits import beyond
-from ..load_options import load_options, loads_of, pressure_forces, pressures_option
+from ..load_options import load_options, loads_of, massless_notes, pressure_forces, pressures_option
 from ..output import by_name, show
 from ..parameters import (
     accelerations_of,
@@ -73,7 +73,7 @@ def command(
         efforts = machine.generalised_forces(state, forces)
         accelerations = machine.forward_dynamics(state, efforts, loads)
     reactions = machine.reactions(state, accelerations, loads)
-    texts = [pin_table(reactions)]
+    texts = [pin_table(reactions), *massless_notes(machine)]
     data: dict[str, Any] = {"pins": pin_data(reactions)}
     if not pins:
         texts += [joint_table(reactions), base_text(reactions)]

@@ -124,9 +124,10 @@ def _columns(
             raise InputError(f"readings: {no_such_name('sensor', name, tuple(by_name))}")
         time = np.asarray(stamps, dtype=np.float64)
         table = np.asarray(values, dtype=np.float64)
-        table = table.reshape(len(table), -1)
         channels = by_name[name].channels
-        if time.shape != (len(table),) or table.shape[1] != channels:
+        if table.ndim == 1 and channels == 1:
+            table = table[:, None]
+        if time.ndim != 1 or table.shape != (len(time), channels):
             raise InputError(
                 f"{name}: stamps {time.shape} and readings {table.shape}; expected (N,) and"
                 f" (N, {channels})"

@@ -126,3 +126,9 @@ def test_pressures_that_no_cylinder_has_are_refused(verb, pressures, words):
     answer = call(verb, "excavator", *options)
     assert answer.exit_code == 2
     assert words in answer.output
+
+
+@pytest.mark.parametrize("verb", ["id", "reactions"])
+def test_zeros_of_a_robot_without_masses_have_a_note(verb):
+    assert "no link has a mass" in call(verb, "staicu2015").output
+    assert "no link has a mass" not in call(verb, "excavator").output

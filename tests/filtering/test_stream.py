@@ -15,6 +15,7 @@ from hybrid_dynamics_core.filtering import (
     ObservabilityError,
     Quality,
     StateFilter,
+    estimate_states,
     imu,
     observability,
     sensor_on_frame,
@@ -182,3 +183,12 @@ def test_the_gate_is_a_quantile_of_chi_squared():
     assert chi_squared(0.95, 3) == pytest.approx(7.814728, abs=1e-6)
     assert chi_squared(0.999, 6) == pytest.approx(22.457744, abs=1e-6)
     assert chi_squared(0.025, 400) == pytest.approx(346.4817, abs=1e-3)
+
+
+@pytest.mark.parametrize("shape", [(0,), (0, 1), (2, 0), (2, 1, 1), (2, 2), ()])
+def test_readings_of_any_shape_give_states_or_a_clear_error(shape):
+    sensors = [on_joint(excavator(), name, 1e-3) for name in excavator().active]
+    count = shape[0] if shape else 1
+    readings = {sensor.name: (np.arange(float(count)), np.zeros(shape)) for sensor in sensors}
+    with pytest.raises(InputError):
+        estimate_states(excavator(), sensors, readings, MODEL)
