@@ -128,11 +128,8 @@ class Constraints:
         parts = [forces - self.share * upper, self.share * lower - forces]
         parts = [part / size for part in parts]
         if self._acceleration_rows:
-            values = self.limits.values(
-                state,
-                tau,
-                ddu,
-            )[:, self._acceleration_rows]
+            all_values = self.limits.values(state, tau, ddu)
+            values = all_values[:, self._acceleration_rows]
             most = np.array([self.limits.rows[k].upper for k in self._acceleration_rows])
             ratio = values / most
             parts += [ratio - self.share, -ratio - self.share]
@@ -189,14 +186,10 @@ class Constraints:
             return np.zeros(len(s))
         state = self.state(s, x)
         tau = np.zeros_like(state.u)
-        values = np.abs(
-            self.limits.values(
-                state,
-                tau,
-            )
-        )[:, self._speed_rows]
-        upper = self.limits.bounds(state)[1][:, self._speed_rows]
-        return np.asarray((values / upper).max(axis=1))
+        values = np.abs(self.limits.values(state, tau))
+        _, upper = self.limits.bounds(state)
+        ratios = values[:, self._speed_rows] / upper[:, self._speed_rows]
+        return np.asarray(ratios.max(axis=1))
 
     def rows(self, s: Array, x: Array) -> Rows:
         """Rows (N, k) that touch the constraints at squares x (N,) of s'."""
@@ -207,27 +200,11 @@ class Constraints:
         ahead = self.residuals(s, x + step, still)
         behind = self.residuals(s, x - step, still)
         active = np.isfinite(here) & np.isfinite(ahead) & np.isfinite(behind)
-        here, pushed = (
-            np.where(
-                active,
-                here,
-                -1.0,
-            ),
-            np.where(
-                active,
-                pushed,
-                -1.0,
-            ),
-        )
-        rise = np.where(
-            active,
-            ahead,
-            0.0,
-        ) - np.where(
-            active,
-            behind,
-            0.0,
-        )
+        here = np.where(active, here, -1.0)
+        pushed = np.where(active, pushed, -1.0)
+        ahead = np.where(active, ahead, 0.0)
+        behind = np.where(active, behind, 0.0)
+        rise = ahead - behind
         b = rise / (2.0 * step[:, None])
         return Rows(
             pushed - here,

@@ -110,12 +110,8 @@ def point_to_point(
     constraints = Constraints(machine, curve, loads, None, checked_share(share))
     search = search_of(constraints)
     search.check_path()
-    slope = np.abs(
-        curve.at(
-            np.zeros(1),
-            1,
-        )[0]
-    )
+    at_start = curve.at(np.zeros(1), 1)
+    slope = np.abs(at_start[0])
     moving = slope > 0.0
     strongest = float((largest[moving] / slope[moving]).min())
     profile = _Ramps(constraints, search.fastest(), strongest).shortest()
@@ -177,14 +173,8 @@ class _Ramps:
         ratio = self._constraints.speed_ratio(s, squares)
         if ratio.max() > self._constraints.share * (1.0 - _RESERVE):
             return None
-        if (
-            self._constraints.residuals(
-                s,
-                squares,
-                dds,
-            ).max()
-            > -_RESERVE
-        ):
+        residuals = self._constraints.residuals(s, squares, dds)
+        if residuals.max() > -_RESERVE:
             return None
         return profile
 
