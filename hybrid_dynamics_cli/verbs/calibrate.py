@@ -27,7 +27,7 @@ from ..writing import output_option, output_path, overwrite_option, require_unre
 
 MAX_LISTED: Final = 10
 CHOSEN: Final = 10
-MOST_LEFT_OUT: Final = 0.25  # of the rows
+MOST_EXCLUDED: Final = 0.25  # of the rows
 LARGEST_CHI2: Final = 25.0  # residuals five times as large as the given noise
 UNITS: Final = ("m", "rad")
 HELP: Final = """\
@@ -148,10 +148,10 @@ def command(
 def tell_doubt(result: Calibration, data: Path) -> None:
     """Print on stderr that the parameters do not explain the measurements."""
     rows = len(result.residuals)
-    left_out = len({outlier.line for outlier in result.outliers})
-    if left_out > MOST_LEFT_OUT * rows or result.chi2 > LARGEST_CHI2:
+    excluded = len({outlier.line for outlier in result.outliers})
+    if excluded > MOST_EXCLUDED * rows or result.chi2 > LARGEST_CHI2:
         click.echo(
-            f"{data}: these parameters do not explain the measurements: {left_out} of {rows} rows"
+            f"{data}: these parameters do not explain the measurements: {excluded} of {rows} rows"
             f" are outliers, reduced chi-squared {number(result.chi2)}. Is a sensor stuck, are"
             " columns exchanged or in another unit, or is a parameter missing in --free?",
             err=True,

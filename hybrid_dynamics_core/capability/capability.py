@@ -14,13 +14,13 @@ from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arguments import real_number
-from ..ground.check_arrays import mapping_of, real_array
+from ..ground.check_arrays import mapping_of
 from ..ground.suggestions import no_such_name
+from .axes import rows_of, unit_wrench
 from .box_image import BoxImage, UnlimitedError, solutions
 from .machine import Machine
 from .polytope import Polytope, hull
 
-AXES = ("x", "y", "z", "rx", "ry", "rz")  # forces or translations, moments or rotations
 AT_LIMIT = 1e-6  # share of a range within which a force is at its limit
 STILL = 1e-9  # speed over the largest entry of a Jacobian, below which a frame does not move
 
@@ -96,7 +96,7 @@ class Capability:
         Raises:
             UnlimitedError: a drive without a limit gives any force. It is an InputError.
         """
-        wrenches = np.eye(6)[_axes(axes)]
+        wrenches = np.eye(6)[rows_of(axes)]
         return self._polytope(self._forces(wrenches), axes)
 
     def largest_force(self, direction: ArrayLike) -> Largest:
@@ -108,7 +108,7 @@ class Capability:
         Returns:
             The force [N]; with a moment, the largest multiple of the unit direction.
         """
-        unit = _direction(direction)
+        unit = unit_wrench(direction)
         return largest(self._forces(unit[None]), self.drives)
 
     def accelerations(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
@@ -124,7 +124,7 @@ class Capability:
             raise InputError("accelerations are those from rest; expected a state without rates")
         mass, _, _ = self._machine.minimal_form(self._state, self._loads)
         image = self._solutions(mass, self._needed())
-        rows = self._jacobian[_axes(axes)]
+        rows = self._jacobian[rows_of(axes)]
         of_frame = replace(
             image,
             y0=rows @ image.y0,
@@ -141,7 +141,7 @@ class Capability:
         rows = [self._machine.coordinates.index(name) for name in self.rates]
         largest_rates = np.array(list(self.rates.values()))
         rates = np.reshape(self._state.R[rows], (len(rows), len(self._still)))
-        jacobian = self._jacobian[_axes(axes)]
+        jacobian = self._jacobian[rows_of(axes)]
         image = BoxImage(
             y0=np.zeros(len(jacobian)),
             Y=jacobian,
@@ -383,28 +383,3 @@ def _positive(name: str, value: ArrayLike) -> float:
     if not number >= 0.0:
         raise InputError(f"{name}: the limit is {number:g}; expected zero or more")
     return number
-
-
-def _axes(axes: Sequence[str]) -> list[int]:
-    """Rows of the Jacobian for k axes; raises InputError for wrong names."""
-    rows: list[int] = []
-    for name in axes:
-        if name not in AXES:
-            raise InputError(f"axes: {no_such_name('axis', name, AXES)}")
-        rows.append(AXES.index(name))
-    if not rows or len(set(rows)) < len(rows):
-        raise InputError("axes: expected one or more, each once")
-    return rows
-
-
-def _direction(direction: ArrayLike) -> Array:
-    """The unit wrench (6,) along a direction (3,) or (6,)."""
-    values = real_array("direction", direction)
-    size = float(np.linalg.norm(values))
-    if values.shape not in ((3,), (6,)) or not 0.0 < size < np.inf:
-        raise InputError(
-            f"direction has shape {values.shape}; expected 3 or 6 finite numbers, not all zero"
-        )
-    unit = np.zeros(6)
-    unit[: len(values)] = values / size
-    return unit

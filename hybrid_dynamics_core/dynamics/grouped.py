@@ -104,12 +104,7 @@ class GroupedDynamics:
 
     def _motions(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Motion]:
         """The motions of all bodies, each in its axes."""
-        base = Motion(
-            ZERO3,
-            ZERO3,
-            (ZERO3, ZERO3, ZERO3),
-            scale(-1.0, gravity),
-        )
+        base = Motion(ZERO3, ZERO3, (ZERO3, ZERO3, ZERO3), scale(-1.0, gravity))
         carried: dict[int, Motion] = {}  # motions of carriers, in the axes that they carry
         motions: list[Motion] = []
         for k, body in enumerate(self.tree.bodies):

@@ -103,12 +103,9 @@ class _Compiler:
         return use == _TRUE or (use == _AUTO and not body.explicitinertial)
 
     def is_from_file(self, geom: Any) -> bool:
-        kinds = (
-            mujoco.mjtGeom.mjGEOM_MESH,
-            mujoco.mjtGeom.mjGEOM_SDF,
-            mujoco.mjtGeom.mjGEOM_HFIELD,
-        )
-        return bool(geom.meshname) or geom.type in kinds
+        kinds = mujoco.mjtGeom
+        of_files = (kinds.mjGEOM_MESH, kinds.mjGEOM_SDF, kinds.mjGEOM_HFIELD)
+        return bool(geom.meshname) or geom.type in of_files
 
     def has_mass(self, geom: Any) -> bool:
         first, last = self.settings.inertiagrouprange
@@ -129,7 +126,7 @@ class _Compiler:
             full = numpy.array(body.fullinertia)
             tensor = numpy.diag(body.inertia)
             if not numpy.isnan(full[0]):
-                tensor = _tensor(full)
+                tensor = tensors.tensor_of(full)
                 self.written[number] = tensor
             moments = numpy.linalg.eigvalsh(tensor)
             self.explicit[number] = [float(body.mass), *moments.tolist()]
@@ -154,13 +151,13 @@ class _Compiler:
         """Restore replaced inertias, in the axes of their bodies."""
         for number, tensor in replaced.items():
             if number not in self.written:
-                rotation = _rotation(self.model.body_iquat[number])
+                rotation = tensors.rotation_of(self.model.body_iquat[number])
                 self.written[number] = rotation @ tensor @ rotation.T
         self.replaced = set(replaced)
 
     def inertia(self, number: int) -> Any:
         """The tensor about the centre of mass in body axes; as written if MuJoCo kept it."""
-        rotation = _rotation(self.model.body_iquat[number])
+        rotation = tensors.rotation_of(self.model.body_iquat[number])
         principal = numpy.diag(self.model.body_inertia[number])
         compiled = rotation @ principal @ rotation.T
         written = self.written.get(number)
@@ -342,22 +339,6 @@ def _sorted(elements: Any) -> list[Any]:
     return sorted(elements, key=lambda element: element.id)
 
 
-def _tensor(full: Any) -> Any:
-    xx, yy, zz, xy, xz, yz = full
-    entries = [
-        [xx, xy, xz],
-        [xy, yy, yz],
-        [xz, yz, zz],
-    ]
-    return numpy.array(entries)
-
-
-def _rotation(quaternion: Any) -> Any:
-    matrix = numpy.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
-
-
 # -- requests
 
 
@@ -408,6 +389,7 @@ import mujoco  # noqa: E402 - found by the parent's path
 import numpy  # noqa: E402
 
 geoms = load_module("geoms")
+tensors = load_module("tensors")
 answer(_FIRST, {})  # loads lazily imported code before the limits apply
 answers = os.fdopen(os.dup(1), "wb")
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # discards what MuJoCo prints
