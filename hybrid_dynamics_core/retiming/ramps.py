@@ -67,18 +67,12 @@ def ramp(
     fastest = min(rate, _reachable(way, acceleration, jerk))
     strongest = min(acceleration, np.sqrt(fastest * jerk))
     bend = strongest / jerk
-    push = fastest / strongest - bend
+    push = max(fastest / strongest - bend, 0.0)  # rounding may put it below
     cruise = max(way / fastest - 2.0 * bend - push, 0.0)
     spans = np.array([bend, push, bend, cruise, bend, push, bend])
     jerks = jerk * np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
     states = np.zeros((8, 3))
-    for k, (span, constant) in enumerate(
-        zip(
-            spans,
-            jerks,
-            strict=True,
-        )
-    ):
+    for k, (span, constant) in enumerate(zip(spans, jerks, strict=True)):
         x, v, a = states[k]
         states[k + 1] = [
             x + v * span + a * span**2 / 2.0 + constant * span**3 / 6.0,
