@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 import click
@@ -98,6 +98,23 @@ def massless_notes(machine: Robot) -> list[str]:
     if any(link.mass for link in machine.description.links.values()):
         return []
     return ["note: no link has a mass; efforts and forces are those of given loads alone"]
+
+
+def idle_cylinder_notes(
+    machine: Robot, forces: Mapping[str, float], efforts: Mapping[str, float] | None = None
+) -> list[str]:
+    """A line on the cylinders without a force, where others have one from --pressures.
+
+    Args:
+        machine: the robot.
+        forces: forces of cylinders from pressures [N].
+        efforts: efforts that were given besides, by joint [N].
+    """
+    pushing = {name for name, effort in (efforts or {}).items() if effort}
+    without = [name for name in machine.cylinders if name not in {*forces, *pushing}]
+    if not forces or not without:
+        return []
+    return [f"note: no pressures of {', '.join(without)}, so no force either"]
 
 
 def pressure_forces(machine: Robot, texts: tuple[str, ...]) -> dict[str, float]:

@@ -8,7 +8,13 @@ import numpy as np
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond, margin_facts, margin_lines, margins_at, role
-from ..load_options import load_options, loads_of, pressure_forces, pressures_option
+from ..load_options import (
+    idle_cylinder_notes,
+    load_options,
+    loads_of,
+    pressure_forces,
+    pressures_option,
+)
 from ..output import by_name, show, table
 from ..parameters import (
     EFFORTS,
@@ -63,6 +69,7 @@ def command(
         "--tau", tau, machine.active, np.zeros(len(machine.active)), effort_units(machine)
     )
     forces = pressure_forces(machine, pressures)
+    notes = idle_cylinder_notes(machine, forces, by_name(machine.active, efforts))
     efforts = efforts + machine.generalised_forces(state, forces)
     loads = loads_of(machine, payload, com, wrench, frame)
     ddu = machine.forward_dynamics(state, efforts, loads)
@@ -79,7 +86,7 @@ def command(
     margins = margins_at(machine, state, ddu, efforts)
     data["limits"] = margin_facts(margins)
     table_text = table(["coordinate", "", "acceleration", "unit"], rows)
-    text = "\n".join([table_text, *margin_lines(margins)])
+    text = "\n".join([table_text, *notes, *margin_lines(margins)])
     if pins:
         reactions = machine.reactions(state, ddu, loads)
         data["pins"] = pin_data(reactions)

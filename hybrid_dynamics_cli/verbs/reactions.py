@@ -7,7 +7,14 @@ from typing import Any
 import click
 
 from ..limits import beyond
-from ..load_options import load_options, loads_of, massless_notes, pressure_forces, pressures_option
+from ..load_options import (
+    idle_cylinder_notes,
+    load_options,
+    loads_of,
+    massless_notes,
+    pressure_forces,
+    pressures_option,
+)
 from ..output import by_name, show
 from ..parameters import (
     accelerations_of,
@@ -68,12 +75,14 @@ def command(
     if pressures and ddu is not None:
         raise click.UsageError("--pressures determine the accelerations: leave out --ddu")
     accelerations = accelerations_of(machine, ddu)
+    notes = massless_notes(machine)
     if pressures:
         forces = pressure_forces(machine, pressures)
         efforts = machine.generalised_forces(state, forces)
         accelerations = machine.forward_dynamics(state, efforts, loads)
+        notes += idle_cylinder_notes(machine, forces)
     reactions = machine.reactions(state, accelerations, loads)
-    texts = [pin_table(reactions), *massless_notes(machine)]
+    texts = [pin_table(reactions), *notes]
     data: dict[str, Any] = {"pins": pin_data(reactions)}
     if not pins:
         texts += [joint_table(reactions), base_text(reactions)]

@@ -132,3 +132,13 @@ def test_pressures_that_no_cylinder_has_are_refused(verb, pressures, words):
 def test_zeros_of_a_robot_without_masses_have_a_note(verb):
     assert "no link has a mass" in call(verb, "staicu2015").output
     assert "no link has a mass" not in call(verb, "excavator").output
+
+
+def test_cylinders_without_pressures_are_named():
+    line = "no pressures of stick_cylinder, bucket_cylinder, so no force either"
+    pair = ("--pressures", "boom_cylinder=130*bar:5*bar")
+    for verb in ("fd", "reactions"):
+        assert line in call(verb, "excavator", *pair).output
+    given = call("fd", "excavator", *pair, "--tau", "stick_cylinder=-4e4,bucket_cylinder=-9e3")
+    assert "no pressures" not in given.output
+    assert "no pressures" not in call("fd", "excavator").output

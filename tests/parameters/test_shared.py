@@ -7,7 +7,7 @@ import copy
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core import InputError, Robot, load
 from hybrid_dynamics_core.kernels.run import VARIABLE
 from hybrid_dynamics_core.robot.parameters.bound_kernel import BoundKernel
 from tests.sampling import swept
@@ -83,3 +83,8 @@ def test_a_robot_of_another_structure_says_so_and_has_code_of_its_own() -> None:
         assert np.isfinite(machine.close(machine.reference).s).all()
     assert straight._kernels._shared is not None
     assert other._kernels._shared is None
+
+
+def test_a_number_given_twice_is_refused() -> None:
+    with pytest.raises(InputError, match="boom: given twice"):
+        load("excavator").with_parameters({"boom": 5.7}, boom=5.9)

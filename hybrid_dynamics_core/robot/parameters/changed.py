@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 from ...description import parameters as numbers
 from ...description.model import RobotDescription
 from ...description.parameters.written import noted
-from ...errors import DescriptionError
+from ...errors import DescriptionError, InputError
 
 
 class Described(Protocol):
@@ -45,7 +45,11 @@ def with_parameters(robot: R, values: Mapping[str, Any] | None = None, /, **para
         InputError: there is no such number, a value is none, or the robot was not read from a file.
         DescriptionError: the numbers do not fit; the loops do not close with them, for example.
     """
-    given = {**(values or {}), **parameters}
+    given = dict(values or {})
+    for name, value in parameters.items():
+        if name in given:
+            raise InputError(f"{name}: given twice, in the mapping and as a keyword")
+        given[name] = value
     listed = ", ".join(f"{name} = {value}" for name, value in given.items())
     try:
         description = numbers.with_parameters(robot.description, given)
