@@ -9,6 +9,7 @@ import click
 
 from hybrid_dynamics_core import Loads, Payload, Robot, cylinder_force
 from hybrid_dynamics_core.description.actuators import HydraulicCylinder
+from hybrid_dynamics_core.dynamics.pressure_check import is_faint, pressure_problem
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.suggestions import no_such_name
 
@@ -16,10 +17,6 @@ from .parameters import frame_option
 from .quantities import QuantityRange, value_of
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-HIGHEST = 1e8  # [Pa] above any hydraulic system
-SLACK = 1.5  # times the supply pressure, up to which there are peaks at stops
-VACUUM = -2e5  # [Pa] gauge, below any vacuum
-FAINT = 1000.0  # [Pa] below which numbers are rather in bar
 COMPONENTS = ("N", "N", "N", "N m", "N m", "N m")
 _OPTIONS = (
     click.option(
@@ -136,14 +133,9 @@ def pressure_forces(machine: Robot, texts: tuple[str, ...]) -> dict[str, float]:
 
 def _require_pascals(cylinder: HydraulicCylinder, sides: list[float]) -> None:
     """Raise InputError for gauge pressures that a cylinder cannot have, as numbers in bar."""
-    least, most = min(sides), max(sides)
-    highest = min(HIGHEST, SLACK * cylinder.supply_pressure)
-    problem = ""
-    if least < VACUUM:
-        problem = f"{least:g} Pa, below a vacuum"
-    elif most > highest:
-        problem = f"{most:g} Pa, and its supply has {cylinder.supply_pressure:g} Pa"
-    elif 0.0 < most < FAINT:
+    most = max(sides)
+    problem = pressure_problem(cylinder, min(sides), most)
+    if not problem and is_faint(*sides):
         problem = f"{most:g} Pa at most; if that is in bar, write {most:g}*bar"
     if problem:
         raise InputError(f"--pressures: {cylinder.joint} has {problem}")

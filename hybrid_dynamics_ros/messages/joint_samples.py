@@ -50,6 +50,7 @@ class RejectionCode(Enum):
     MISSING_JOINT = "missing joint"  # an active joint is not named
     NOT_FINITE = "not finite"  # NaN or infinity for an active joint
     BAD_STAMP = "bad stamp"  # negative
+    BAD_PRESSURE = "bad pressure"  # one that a cylinder cannot have, as in another unit
     BAD_REQUEST = "bad request"  # of a service: an unknown frame, mode or choice
     UNREACHABLE = "unreachable"  # a loop cannot be closed
     LIMIT = "limit"  # of a trajectory: a joint beyond its limit

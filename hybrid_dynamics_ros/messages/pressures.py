@@ -9,6 +9,7 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.dynamics.hydraulics import cylinder_force
+from hybrid_dynamics_core.dynamics.pressure_check import is_faint, pressure_problem
 
 from .joint_samples import FloatArray, RejectedError, RejectionCode, nanoseconds, wrong_length
 
@@ -76,8 +77,8 @@ class PressureInput:
         """Store the pressures of a message.
 
         Raises:
-            RejectedError: the stamp is negative, lengths differ, a cylinder is named twice, or no
-                cylinder of the robot is named.
+            RejectedError: the stamp is negative, lengths differ, a cylinder is named twice, no
+                cylinder of the robot is named, or pressures seem to have another unit.
         """
         names = tuple(sample.names)
         self._check(sample, names)
@@ -124,3 +125,19 @@ class PressureInput:
         if len(set(ours)) < len(ours):
             text = "a cylinder is named twice"
             raise RejectedError(RejectionCode.DUPLICATE_JOINT, text)
+        self._check_units(sample)
+
+    def _check_units(self, sample: PressureSample) -> None:
+        """Refuse pressures that a cylinder cannot have, and numbers that are rather in bar."""
+        highest: list[float] = []
+        pressures = zip(sample.names, sample.cap_pressure, sample.rod_pressure, strict=True)
+        for name, cap, rod in pressures:
+            if name not in self._cylinders or not np.isfinite([cap, rod]).all():
+                continue
+            problem = pressure_problem(self._cylinders[name], min(cap, rod), max(cap, rod))
+            if problem:
+                raise RejectedError(RejectionCode.BAD_PRESSURE, f"{name} has {problem}")
+            highest.append(max(cap, rod))
+        if highest and is_faint(*highest):
+            text = f"no pressure is above {max(highest):.4g} Pa; are they in bar? expected Pa"
+            raise RejectedError(RejectionCode.BAD_PRESSURE, text)

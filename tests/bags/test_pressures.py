@@ -149,6 +149,9 @@ def test_recordings_have_the_measured_efforts_of_the_stream(excavator, tmp_path_
         ((), [], 0, RejectionCode.MISSING_JOINT),
         (("boom_cylinder",) * 2, [1.0, 2.0], 0, RejectionCode.DUPLICATE_JOINT),
         (("boom_cylinder",), [1.0], -1, RejectionCode.BAD_STAMP),
+        (("boom_cylinder",), [135.0], 0, RejectionCode.BAD_PRESSURE),  # in bar
+        (("boom_cylinder",), [9e7], 0, RejectionCode.BAD_PRESSURE),
+        (("boom_cylinder",), [-1e6], 0, RejectionCode.BAD_PRESSURE),
     ],
 )
 def test_pressures_that_cannot_be_used_are_refused(excavator, names, cap, stamp_ns, code):

@@ -16,7 +16,7 @@ from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.recorded_pressures import PRESSURE_INPUT
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, deserialize
-from hybrid_dynamics_ros.messages.joint_samples import JointSample
+from hybrid_dynamics_ros.messages.joint_samples import JointSample, RejectedError
 from hybrid_dynamics_ros.messages.pressures import PRESSURES, PressureSample
 from hybrid_dynamics_ros.parameters import TOPIC_RATES, NodeSettings
 from hybrid_dynamics_ros.stream.estimates.topics import Contact, ToolWrench
@@ -166,9 +166,9 @@ def test_forces_that_no_drive_has_are_none(excavator, digging):
     streamed(pipeline, digging, range(60))
     stamp = START + STEP * 60
     pipeline.pressures.newest = ()
-    pipeline.pressures.take(
-        PressureSample(stamp, CYLINDERS, 1e15 * sides[:, 0, 60], sides[:, 1, 60])
-    )
+    huge = PressureSample(stamp, CYLINDERS, 1e15 * sides[:, 0, 60], sides[:, 1, 60])
+    with pytest.raises(RejectedError, match="and its supply has"):
+        pipeline.pressures.take(huge)
     sample = JointSample(stamp, excavator.active, goal.u[60], goal.du[60])
     result = pipeline.process(sample)
     topic = ToolWrench(excavator, frame_names(excavator, NodeSettings({})))
