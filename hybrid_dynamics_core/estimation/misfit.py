@@ -20,6 +20,8 @@ COARSE = 0.02  # noise of this comparison, as a share of the efforts
 UNITS = {1e-5: "bar", 1e-6: "MPa", 1e-3: "kPa or kN"}  # by their numbers over those in SI units
 GOOD_FIT = 0.2  # share of the squares that this noise leaves: a fit below it is not doubted
 BAD = 0.1  # share of a drive's efforts: if the fit leaves more, there is another fault
+SURE = 2.0  # deviations by which a place is surely outside
+FARTHEST = 3.0  # expected deviations, beyond which no load is
 LEAST_SHARE = 1e-2  # of the largest effort, as which the efforts of a weak drive count
 
 
@@ -127,4 +129,24 @@ def check_result(
         raise SensorError(
             f"the efforts give a load of {mass:.4g} kg, below zero: the tool is lighter than in the"
             " description, or a sensor is off; a run of the empty tool shows by how much"
+        )
+
+
+def check_place(run: MeasuredRun, com: Array, deviation: Array, reach: float) -> None:
+    """Raise SensorError for a centre of mass where no tool carries a load.
+
+    A cylinder with exchanged chambers may be explained by such a place, and by nothing else.
+
+    Args:
+        run: the run with the load.
+        com: (3,) estimated centre of mass in the frame of the load [m].
+        deviation: (3,) its standard deviation [m].
+        reach: deviation that was expected before the measurement [m].
+    """
+    outside = np.abs(com) - SURE * deviation
+    if outside.max() > FARTHEST * reach:
+        place = ", ".join(f"{value:.2f}" for value in com.tolist())
+        raise SensorError(
+            f"the efforts put the load's centre of mass at ({place}) m in its frame, where"
+            f" {run.robot.name} carries none; are the chambers of one cylinder exchanged?"
         )

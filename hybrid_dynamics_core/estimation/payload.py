@@ -21,7 +21,7 @@ from ..ground.check_arguments import require_type
 from ..ground.check_arrays import real_array
 from .equations import Blocks, Equations, Modelling, standstill_columns
 from .fit import Fit, System, fitted, unfitting
-from .misfit import check_fit, check_result
+from .misfit import check_fit, check_place, check_result
 from .plateau import loaded_blocks
 from .run import MeasuredRun
 from .tolerances import Tolerances
@@ -282,6 +282,8 @@ class _Weighing:
         quantile = float(stdtrit(fit.free, 0.5 + 0.5 * CONFIDENCE))
         half_interval = quantile * deviation
         com, covariance = _centre(fit, self.reach)
+        if self.com is None and mass > IMPOSSIBLE * deviation:
+            check_place(self.runs[0], com, np.sqrt(np.diagonal(covariance)[1:]), self.reach)
         if self.com is not None:
             com = self.com
             covariance = np.zeros((4, 4))
