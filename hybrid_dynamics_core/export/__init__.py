@@ -1,4 +1,4 @@
-"""Robots in the formats of other tools, which `load` reads back; C99 and FMU of their model."""
+"""Robots in the formats of other tools, and their model as C99, FMU and ros2_control package."""
 
 from ..formats.c.writer import to_c
 from ..formats.fmu.writer import FunctionalMockupUnit, to_fmu
