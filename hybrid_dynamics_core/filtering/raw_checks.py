@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..estimation.sensors import SensorError, is_long, is_noisy, longest_repeat
+from ..estimation.sensors import SLOWEST, SensorError, is_long, is_noisy, longest_repeat
 from ..ground.arrays import Array
 from ..ground.wording import counted
 from .sensors import Kind, Sensor
@@ -144,7 +144,8 @@ def in_order(columns: Columns) -> tuple[dict[str, tuple[Array, Array]], list[str
     """Readings sorted by stamps, without repeats, and sentences on what was changed.
 
     Raises:
-        SensorError: one sensor has two different readings with one stamp.
+        SensorError: one sensor has two different readings with one stamp, or a clock that seems to
+            count milliseconds.
     """
     sorted_columns: dict[str, tuple[Array, Array]] = {}
     notes: list[str] = []
@@ -162,8 +163,24 @@ def in_order(columns: Columns) -> tuple[dict[str, tuple[Array, Array]], list[str
         if len(repeats):
             notes.append(f"{name}: {counted(len(repeats), 'reading')} repeated; used once")
         sorted_columns[name] = (np.delete(stamps, repeats), np.delete(values, repeats, axis=0))
+        _check_pace(name, sorted_columns[name][0])
         notes += _breaks(name, sorted_columns[name][0])
     return sorted_columns, notes
+
+
+def _check_pace(
+    name: str,
+    stamps: Array,
+) -> None:
+    steps = np.diff(stamps)
+    if not len(steps):
+        return
+    usual = float(np.median(steps))
+    if usual > SLOWEST:
+        raise SensorError(
+            f"{name}: readings are {usual:.3g} s apart, which shows no motion; if the clock counts"
+            " in milliseconds, divide it by 1000"
+        )
 
 
 def _breaks(

@@ -177,6 +177,12 @@ def test_an_encoder_that_is_stuck_is_told_though_nothing_replaces_it():
         estimated(columns)
 
 
+def test_a_clock_in_milliseconds_is_told():
+    columns = {name: (1e3 * stamps, values) for name, (stamps, values) in table().items()}
+    with pytest.raises(SensorError, match=r"s apart, .* milliseconds, divide it by 1000"):
+        estimated(columns)
+
+
 def test_without_an_encoder_slewing_is_not_determined():
     columns = table()
     del columns["slew"]
