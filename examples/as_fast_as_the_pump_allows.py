@@ -66,7 +66,7 @@ def plot(durations: np.ndarray, shown: dict[str, np.ndarray], path: str) -> None
         use, times = figure.subplots(1, 2)
         use.plot(shown["t"], shown["flow"] / SHOWN, label="flow")
         use.plot(shown["t"], 1e3 * shown["power"] / POWER, label="power")
-        use.set(xlabel="time [s]", ylabel="share of the pump's limit", ylim=(0.0, 1.15))
+        use.set(xlabel="time [s]", ylabel="share of the pump's limit [-]", ylim=(0.0, 1.15))
         times.plot(FLOWS, durations, "o-", label="shortest time")
         times.set(xlabel="flow of the pump [l/min]", ylabel="duration [s]", ylim=(0.0, None))
         entitled(use, f"a pump of {SHOWN:.0f} l/min", 2)

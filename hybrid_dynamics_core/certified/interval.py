@@ -103,14 +103,15 @@ class Interval:
         if other is self:
             return self.squared()
         b = _interval(other)
-        products = np.stack(
-            np.broadcast_arrays(
-                self.lower * b.lower,
-                self.lower * b.upper,
-                self.upper * b.lower,
-                self.upper * b.upper,
+        with np.errstate(over="ignore"):  # infinite bounds hold it
+            products = np.stack(
+                np.broadcast_arrays(
+                    self.lower * b.lower,
+                    self.lower * b.upper,
+                    self.upper * b.lower,
+                    self.upper * b.upper,
+                )
             )
-        )
         return Interval(
             down(products.min(axis=0)),
             up(products.max(axis=0)),
@@ -120,7 +121,8 @@ class Interval:
 
     def squared(self) -> Interval:
         """Its square, which is not negative."""
-        ends = np.stack([self.lower**2, self.upper**2])
+        with np.errstate(over="ignore"):  # infinite bounds hold it
+            ends = np.stack([self.lower**2, self.upper**2])
         least = np.where(
             self.holds_zero(),
             0.0,
@@ -133,7 +135,7 @@ class Interval:
 
     def reciprocal(self) -> Interval:
         """1 over it; unbounded where it holds zero."""
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):
             lower = down(1.0 / self.upper)
             upper = up(1.0 / self.lower)
         undefined = self.holds_zero()

@@ -97,7 +97,7 @@ MISTAKES = {
         "seem to be in",
     ),
     "one in bar": (lambda c: in_bar(c, ("bucket_cylinder.",)), "bucket_cylinder.*in bar"),
-    "Pa times 1e5": (lambda c: c | {BOOM: c[BOOM] * 1e5}, "and the supply has 3.5e"),
+    "Pa times 1e5": (lambda c: c | {BOOM: c[BOOM] * 1e5}, "and its supply has 3.5e"),
     "exchanged boom": (lambda c: exchanged(c, "boom_cylinder"), "boom_cylinder.*exchanged"),
     "exchanged bucket": (lambda c: exchanged(c, "bucket_cylinder"), "bucket_cylinder.*exchanged"),
     "stuck pressure": (lambda c: stuck(c, BOOM), f"{BOOM} is .* stuck"),
