@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from hybrid_dynamics_core.ground.file_kinds import FileKind
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..exit_codes import LOST
@@ -17,6 +18,7 @@ from ..quantities import QuantityRange
 from ..robot_options import require_robot, with_robot_options
 
 __all__ = [
+    "BAGS",
     "LOST",
     "MAX_LISTED",
     "PATH",
@@ -32,6 +34,7 @@ __all__ = [
     "topic_option",
 ]
 
+BAGS = (FileKind.BAG, FileKind.BAGS, FileKind.BAG_PART)
 MAX_LISTED = 4  # names in a line
 PATH = click.Path(path_type=Path)
 robot_option = with_robot_options(

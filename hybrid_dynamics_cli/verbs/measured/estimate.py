@@ -17,10 +17,11 @@ from hybrid_dynamics_core.filtering import (
     observability,
     read_sensors,
 )
-from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
+from hybrid_dynamics_core.ground.file_kinds import classify_path
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ...bags.common import (
+    BAGS,
     LOST,
     PATH,
     no_topic,
@@ -38,7 +39,6 @@ from ..bag import missing
 if TYPE_CHECKING:
     from hybrid_dynamics_ros.bags.analysis.sensor_table import SensorData
 
-BAGS: Final = (FileKind.BAG, FileKind.BAGS, FileKind.BAG_PART)
 HELP: Final = """\
 The joint states that the sensors of a machine show: all coordinates and rates at each stamp, with
 their deviations.

@@ -15,10 +15,11 @@ from hybrid_dynamics_core.estimation import (
     SensorError,
     estimate_payload,
 )
-from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
+from hybrid_dynamics_core.ground.file_kinds import classify_path
 from hybrid_dynamics_core.ground.units import effort_unit
 
 from ...bags.common import (
+    BAGS,
     LOST,
     PATH,
     no_topic,
@@ -35,7 +36,6 @@ from ..bag import missing
 if TYPE_CHECKING:
     from hybrid_dynamics_ros.bags.measured_file import Measurements
 
-BAGS: Final = (FileKind.BAG, FileKind.BAGS, FileKind.BAG_PART)
 SPACE_AXES: Final = "xyz"
 HELP: Final = """\
 The mass of the load that DATA shows, with the interval that holds it with 95 % confidence.

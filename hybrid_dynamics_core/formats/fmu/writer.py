@@ -95,6 +95,7 @@ def _code(robot: Robot, program: str, version: str, loads: LoadsOf) -> dict[str,
     ours = files(__package__) / "sources"
     places = {
         "unit.h": "unit.h",
+        "continuous.h": "continuous.h",
         "unit_kind.h": f"{program}.h",
         f"fmi{version[0]}.c": f"fmi{version[0]}.c",
     }
