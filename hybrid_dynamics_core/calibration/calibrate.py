@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import DescriptionError, InputError
+from ..formats.tables import Table, table_of
 from ..ground.arrays import Array
 from ..ground.file_options import PathText
 from .adjustable import AdjustableRobot
-from .data_file import Table, table_of
 from .fit import Fitted, Fitter
 from .loop_choices import with_general_bars
 from .machine import Machine

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
+from ..formats.tables import Table, table_of
 from ..ground.arrays import Array
 from ..ground.check_arguments import integer
 from ..ground.file_options import PathText
 from .adjustable import AdjustableRobot
 from .calibrate import Data, names_of
-from .data_file import Table, table_of
 from .fit import PRIOR
 from .machine import Machine
 from .noise import Sigma, noise_of

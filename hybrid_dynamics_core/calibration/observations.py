@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError, StateError
+from ..formats.tables import Table
 from ..ground.arrays import Array
 from ..ground.suggestions import suggestion
 from ..ground.units import coordinate_unit
 from .closed_rows import ClosedRows, PosedRows
-from .data_file import Table
 from .machine import Machine
 from .quantities import Coordinate, Distance, Inclination, Orientation, Point, Quantity
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..formats.tables import table_of
 from .calibrate import Data
-from .data_file import table_of
 from .machine import Machine
 from .noise import rms
 from .observations import observe

@@ -8,14 +8,13 @@ from typing import Final
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.expressions import evaluate
+from hybrid_dynamics_core.formats.tables import unit_term
 from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 
 from ..messages.joint_samples import FloatArray
 from .errors import BagError
 
 WITH_UNIT: Final = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]+)[\])]")  # name and unit in brackets
-_FACTOR: Final = re.compile(r"([A-Za-z]+|1)\^?([123])?")
-_POWERS: Final = {"²": "2", "³": "3", "°": "deg", "µ": "u", "·": " "}
 _RATES: Final = {"velocity": "/s", "rate": "/s", "acceleration": "/s^2"}
 _PRESSURES: Final = {"cap_pressure": "Pa", "rod_pressure": "Pa"}
 
@@ -65,24 +64,8 @@ def _unit_of(name: str, robot: Robot) -> str:
 def unit_factor(path: Path, head: str, unit: str, expected: str) -> float:
     """The factor from a unit to SI; raises BagError."""
     try:
-        return evaluate(_term(unit), {}, names_are="", units=[expected])
+        return evaluate(unit_term(unit), {}, names_are="", units=[expected])
     except (ValueError, ArithmeticError) as error:
         raise BagError(
             f"{path}: column '{head}': {error}; expected a unit as {expected}"
         ) from error
-
-
-def _term(unit: str) -> str:
-    """A unit as an expression: `mm/s^2` is 1*mm/s/s; raises ValueError if it is no unit."""
-    text = unit
-    for sign, plain in _POWERS.items():
-        text = text.replace(sign, plain)
-    above, *below = text.split("/")
-    term = "1"
-    for part, sign in [(above, "*"), *((part, "/") for part in below)]:
-        for factor in part.replace("*", " ").split():
-            match = _FACTOR.fullmatch(factor)
-            if match is None:
-                raise ValueError(f"'{unit}' is no unit")
-            term += f"{sign}{match[1]}" * int(match[2] or 1)
-    return term

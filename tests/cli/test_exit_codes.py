@@ -21,6 +21,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+NEEDING = {  # further options of verbs that take ROBOT
+    "ik": ["--position", "0", "0.3", "0"],
+    "size": ["--cycle", "cycle.csv", "--catalogue", "drives.csv", "--drive", "q1"],
+}
 ESTIMATED = {  # further options of verbs that take DATA and --robot
     "weigh": [],
     "calibrate": ["--free", "bar"],
@@ -35,8 +39,8 @@ def given(words: tuple[str, ...], robot: str, bag: str) -> list[str]:
         return [*words, *given_to_bag(words[1], robot, bag)]
     if verb == "benchmark":
         return list(words)
-    if verb == "ik":
-        return [*words, robot, "--position", "0", "0.3", "0"]
+    if verb in NEEDING:
+        return [*words, robot, *NEEDING[verb]]
     if verb in ESTIMATED:
         return [*words, bag, "--robot", robot, *ESTIMATED[verb]]
     return [*words, robot]

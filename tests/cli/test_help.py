@@ -100,7 +100,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-LONG = ("bag", "benchmark", "calibrate", "estimate", "view", "weigh")  # not run
+LONG = ("bag", "benchmark", "calibrate", "estimate", "size", "view", "weigh")  # not run
 
 
 def short_examples() -> Iterator[str]:

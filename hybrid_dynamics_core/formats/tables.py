@@ -1,12 +1,12 @@
-"""Tables of measurements: CSV files with a header, values in SI units or in that of the header."""
+"""Tables of numbers: CSV files with a header, values in SI units or in that of the header."""
 
 from __future__ import annotations
 
 import csv
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -19,26 +19,37 @@ from ..ground.regular_files import read_regular
 
 MAX_BYTES = 200_000_000
 LARGEST = 1e12  # in any unit
-EXPECTED = "expected a measured value, or an empty cell"
+EXPECTED = "expected a size that can be measured, or an empty cell"
 _HEADER = re.compile(r"^(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\]]*)\])?$")
 _SEPARATORS = (",", ";", "\t")
+_FACTOR = re.compile(r"([A-Za-z]+|1)\^?([123])?")
+_POWERS = {"²": "2", "³": "3", "°": "deg", "µ": "u", "·": " "}
+
+UnitsOf = Callable[[str], Sequence[str]]  # the allowed units of a column; empty: any
+
+
+def geometric_units(name: str) -> Sequence[str]:  # noqa: ARG001 - the same for all columns
+    """The units of a length or an angle, for columns of any name."""
+    return ("m", "rad")
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of numbers.
+    """Columns of numbers, and of texts.
 
     Attributes:
         columns: (N,) by name, in SI units; NaN where a cell is empty.
         units: units in the header, by name.
         lines: line of each row in the file, or its number from 1.
         source: name of the file, for messages.
+        texts: N texts by name, of columns that are no numbers.
     """
 
     columns: Mapping[str, Array]
     units: Mapping[str, str]
     lines: tuple[int, ...]
     source: str
+    texts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def without(self, rows: list[int]) -> Table:
         """The table without some rows."""
@@ -53,11 +64,20 @@ class Table:
         return f"{self.source}:{self.lines[index]}"
 
 
-def table_of(data: str | Path | Mapping[str, Sequence[float] | Array]) -> Table:
-    """A table from a file, or from columns by name.
+def table_of(
+    data: str | Path | Mapping[str, Sequence[float] | Array],
+    units_of: UnitsOf = geometric_units,
+    texts: Collection[str] = (),
+) -> Table:
+    """A table from a file, or from columns by name in SI units.
+
+    Args:
+        data: the file, or the columns.
+        units_of: the SI units that a column of a file may have.
+        texts: names of columns of a file whose cells are texts.
 
     Raises:
-        InputError: the file cannot be read, or a cell is no number.
+        InputError: the file cannot be read, a cell is no number, or a unit does not fit.
     """
     if isinstance(data, Mapping):
         return _from_columns(data)
@@ -70,7 +90,7 @@ def table_of(data: str | Path | Mapping[str, Sequence[float] | Array]) -> Table:
         raise InputError(f"{path}: there is no such file or folder") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
-    return _Reader(path, text).table()
+    return _Reader(path, text, units_of, texts).table()
 
 
 def _from_columns(data: Mapping[str, Sequence[float] | Array]) -> Table:
@@ -99,8 +119,10 @@ def _require_size(name: str, column: Array) -> None:
 class _Reader:
     """Reads one text."""
 
-    def __init__(self, path: Path, text: str) -> None:
+    def __init__(self, path: Path, text: str, units_of: UnitsOf, texts: Collection[str]) -> None:
         self.path = path
+        self.units_of = units_of
+        self.texts = texts
         lines = text.splitlines()
         self.numbered = []
         for number, line in enumerate(lines, start=1):
@@ -114,19 +136,24 @@ class _Reader:
         (line, header), *rows = self.numbered
         separator = max(_SEPARATORS, key=header.count)
         names, units = self.header(line, self.cells(header, separator))
-        values: list[list[float]] = []
+        cells: list[list[str]] = []
         for number, row in rows:
-            cells = self.cells(row, separator)
-            if len(cells) != len(names):
-                problem = f"has {len(cells)} cells; the header has {len(names)}"
+            cells.append(self.cells(row, separator))
+            if len(cells[-1]) != len(names):
+                problem = f"has {len(cells[-1])} cells; the header has {len(names)}"
                 raise InputError(f"{self.path}:{number}: {problem}")
-            pairs = zip(names, cells, strict=True)
-            values.append([self.number(number, name, cell) for name, cell in pairs])
-        matrix = np.array(values)
+        numbers = tuple(number for number, _ in rows)
         columns: dict[str, Array] = {}
-        for k, name in enumerate(names):
-            columns[name] = matrix[:, k] * self.factor(line, name, units.get(name, ""))
-        return Table(columns, units, tuple(number for number, _ in rows), str(self.path))
+        texts: dict[str, tuple[str, ...]] = {}
+        for name, column in zip(names, zip(*cells, strict=True), strict=True):
+            if name in self.texts:
+                texts[name] = column
+                continue
+            factor = self.factor(line, name, units.get(name, ""))
+            pairs = zip(numbers, column, strict=True)
+            values = [self.number(number, name, cell) for number, cell in pairs]
+            columns[name] = np.array(values) * factor
+        return Table(columns, units, numbers, str(self.path), texts)
 
     @staticmethod
     def cells(line: str, separator: str) -> list[str]:
@@ -170,6 +197,26 @@ class _Reader:
         if not unit:
             return 1.0
         try:
-            return evaluate(f"1*{unit}", {}, names_are="", units=("m", "rad"))
+            return evaluate(unit_term(unit), {}, names_are="", units=self.units_of(name))
         except ValueError as error:
             raise InputError(f"{self.path}:{line}: column {name} [{unit}]: {error}") from error
+
+
+def unit_term(unit: str) -> str:
+    """A unit as an expression: `mm/s^2` is 1*mm/s/s, `N m` is 1*N*m.
+
+    Raises:
+        ValueError: it is no unit.
+    """
+    text = unit
+    for sign, plain in _POWERS.items():
+        text = text.replace(sign, plain)
+    above, *below = text.split("/")
+    term = "1"
+    for part, sign in [(above, "*"), *((part, "/") for part in below)]:
+        for factor in part.replace("*", " ").split():
+            match = _FACTOR.fullmatch(factor)
+            if match is None:
+                raise ValueError(f"'{unit}' is no unit")
+            term += f"{sign}{match[1]}" * int(match[2] or 1)
+    return term

@@ -1,0 +1,1 @@
+"""Verbs that choose numbers of a robot: drives of a catalogue."""
