@@ -24,6 +24,7 @@ PRINTS = {  # the script, and what its output has to say
     "identify_from_bag": "base parameters are within their 95 % intervals",
     "boom_cylinder_design": "the force is off its mean by",
     "mpc_batch": "plan, full model",
+    "excavator_mpc": "off the goal at the end",
     "weighing_bucket": "with an empty run:",
     "calibrating_excavator": "reduced chi-squared",
     "tilting_excavator": "teeth of the bucket:",
@@ -111,6 +112,8 @@ def test_examples_print_and_draw(
     script: str, drawn: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     place = tmp_path / "figure.png"
+    if script == "excavator_mpc":
+        pytest.importorskip("casadi")
     monkeypatch.setattr(sys, "argv", [script, "--plot", str(place)])
     run(script, name="__main__")
     assert PRINTS[script] in capsys.readouterr().out
@@ -250,6 +253,25 @@ def test_a_step_of_mpc_gains_within_its_limits() -> None:
     assert (np.abs(result["efforts"]) <= example["LIMITS"] * (1.0 + 1e-9)).all()
     assert result["cost"] == pytest.approx(result["cost_predicted"], rel=0.1)  # hardly nonlinear
     assert np.abs(result["efforts"] / example["LIMITS"]).max() > 0.99  # the limits do bind
+
+
+@pytest.mark.parametrize("plans", swept([12, 100], sample=[12]))
+def test_an_excavator_under_predictive_control_keeps_all_limits_between_samples(plans: int) -> None:
+    pytest.importorskip("casadi")
+    example = run("excavator_mpc")
+    motion = example["run"]("real-time", plans)
+    machine = example["machine"]()
+    states = machine.close(motion["u"], motion["du"])  # at each millisecond
+    margins = machine.limit_margins(states, tau=motion["tau"])
+    kinds = {row.kind for row in margins.rows}
+    assert {"position", "rate", "pressure", "pump_flow", "effort"} <= kinds
+    assert not margins.beyond
+    shares = example["use"](motion)
+    for name in ("rates", "flow", "efforts"):
+        assert shares[name].max() < 1.0
+    assert max(shares["flow"].max(), shares["efforts"].max()) > 0.9  # the limits do bind
+    if plans == 100:
+        assert np.abs(motion["u"][-1] - example["GOAL"]).max() < 0.01  # and the goal is reached
 
 
 def test_the_linearised_step_is_that_of_the_full_model() -> None:
