@@ -29,6 +29,7 @@ SPRINGS = ("stiffness", "rest", "preload")
 # parameters of a body: m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz about the link origin
 INERTIAL = 10
 WRENCH = 6  # force (3), moment (3)
+ANY_GRAVITY = (True, True, True)
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,8 @@ class LoadPattern:
         friction: whether friction acts along the joints.
         drives: whether the joints turn rotors.
         springs: whether springs act along the joints.
+        gravity: which components of gravity, in base axes, may differ from zero. Where it is along
+            the first axis, code needs no angle of the first joint.
     """
 
     payloads: tuple[int, ...] = ()
@@ -50,6 +53,7 @@ class LoadPattern:
     friction: bool = False
     drives: bool = False
     springs: bool = False
+    gravity: tuple[bool, bool, bool] = ANY_GRAVITY
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -72,6 +76,21 @@ class LoadPattern:
         if self.springs:
             names += SPRINGS
         return names
+
+    def under_any_gravity(self) -> LoadPattern:
+        """The same pattern, with gravity along any axis."""
+        return replace(self, gravity=ANY_GRAVITY)
+
+    def gravity_of(self, values: Scalars) -> Vector:
+        """Gravity (3,) [m/s^2] of an input, with constant zeros where the pattern has them.
+
+        Programs without this input have no gravity.
+        """
+        if not values:
+            return ZERO3
+        along_x, along_y, along_z = self.gravity
+        x, y, z = values
+        return (x if along_x else 0.0, y if along_y else 0.0, z if along_z else 0.0)
 
     def key(self, program: str) -> str:
         """The cache key of a program with this pattern."""

@@ -56,6 +56,7 @@ def pack_loads(
         friction=loads.effects.has_friction,
         drives=loads.effects.has_drives,
         springs=loads.effects.has_springs,
+        gravity=_components(loads.gravity),
     )
     arrays = {
         "payloads": np.concatenate([*payloads.values(), np.empty(0)]),
@@ -96,6 +97,12 @@ def inertial_vector(mass: float, com: Array, inertia: Array) -> Array:
     about_origin = inertia + parallel_axis_term(mass, com)
     components = about_origin[np.triu_indices(3)]
     return np.array([mass, *(mass * com), *components])
+
+
+def _components(gravity: Array) -> tuple[bool, bool, bool]:
+    """Which components of gravity differ from zero."""
+    x, y, z = gravity.tolist()
+    return (x != 0.0, y != 0.0, z != 0.0)
 
 
 def _require_coordinates(loads: Loads, tree: Tree) -> None:

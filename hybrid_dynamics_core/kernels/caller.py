@@ -33,6 +33,7 @@ class Signature:
             `guess` then uses `from_start` of the code, with `reference`.
         reference: the two vectors of that start.
         start_type: type of the argument `start`.
+        fixed: names of inputs whose default is part of the code; others go to the fallback.
     """
 
     inputs: Sequence[str]
@@ -43,6 +44,7 @@ class Signature:
     is_followed: bool = False
     reference: tuple[Array, Array] = (np.empty(0), np.empty(0))
     start_type: type = object
+    fixed: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,7 @@ def _source(signature: Signature) -> str:
     result = ", ".join(outs)
     lines = [
         f"def call({', '.join(_parameters(signature))}):",
+        *_other_defaults(signature, settle),
         "    if out is None:",
         *_allocations(signature, outs),
     ]
@@ -133,6 +136,14 @@ def _source(signature: Signature) -> str:
         f"    return {result}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _other_defaults(signature: Signature, settle: str) -> list[str]:
+    """The way out for inputs that the code does not take."""
+    lines: list[str] = []
+    for name in signature.fixed:
+        lines += [f"    if {name} is not {_default(name)}:", f"        {settle}"]
+    return lines
 
 
 def _is_unsettled(signature: Signature, outs: Sequence[str]) -> str:

@@ -159,9 +159,7 @@ class Symbol:
 
     def __add__(self, other: Operand) -> Operand:
         if not isinstance(other, Symbol):
-            if other == 0.0:
-                return self
-            return self.graph.apply("add", self, float(other))
+            return self._plus(float(other))
         inner = other._negated()
         if inner is not None:
             return self - inner
@@ -172,17 +170,34 @@ class Symbol:
 
     __radd__ = __add__
 
+    def _plus(self, constant: float) -> Operand:
+        """The sum with a constant, which joins a constant that was added before."""
+        if constant == 0.0:
+            return self
+        op, a, b = self.graph.nodes[self.index]
+        if op == "neg":
+            return self.graph.apply("sub", constant, Symbol(self.graph, int(a)))
+        if op in ("add", "sub") and isinstance(b, float):
+            signed = b if op == "add" else -b
+            return Symbol(self.graph, int(a)) + (signed + constant)
+        if op == "sub" and isinstance(a, float):
+            subtracted = Symbol(self.graph, int(b))
+            rest = a + constant
+            return -subtracted if rest == 0.0 else self.graph.apply("sub", rest, subtracted)
+        return self.graph.apply("add", self, constant)
+
     def __sub__(self, other: Operand) -> Operand:
         if not isinstance(other, Symbol):
-            if other == 0.0:
-                return self
-            return self.graph.apply("sub", self, float(other))
+            return self._plus(-float(other))
         if other.index == self.index:
             return 0.0
         inner = other._negated()
-        if inner is None:
-            return self.graph.apply("sub", self, other)
-        return self + inner
+        if inner is not None:
+            return self + inner
+        inner = self._negated()
+        if inner is not None:
+            return -(inner + other)  # what follows may take the sign
+        return self.graph.apply("sub", self, other)
 
     def __rsub__(self, other: float) -> Operand:
         if other == 0.0:

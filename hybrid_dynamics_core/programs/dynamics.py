@@ -48,7 +48,7 @@ class Dynamics:
         """
         self.motion, self.checks, self.distances = closed_motion(model, x)
         self.ds = self.motion.rates(x.du)
-        self.gravity = tuple(x.gravity)
+        self.gravity = pattern.gravity_of(x.gravity)
         tree, layout = model.tree, None
         if minimal:
             tree, layout = model.regrouped, model.layout

@@ -35,6 +35,7 @@ class CompiledCall:
         constants: values of all inputs that do not vary with the state.
         optional: inputs of a state that are zero by default.
         explain: raises the error of a state that closes, but has no result.
+        under_any_gravity: makes the same call for gravity along any axis; None: this one is.
     """
 
     def __init__(
@@ -44,12 +45,14 @@ class CompiledCall:
         constants: Mapping[str, Array],
         optional: Sequence[str] = (),
         explain: Explain | None = None,
+        under_any_gravity: Callable[[], CompiledCall] | None = None,
     ) -> None:
         program = kernels.program
         self._kernels = kernels
         self._closure = closure
         self._active = closure.model.active
         self._explain = explain
+        self._under_any_gravity = under_any_gravity
         self._names = program.inputs
         sizes = [program.size(closure.model.program_model, name) for name in program.inputs]
         self._sizes = dict(zip(program.inputs, sizes, strict=True))
@@ -78,8 +81,9 @@ class CompiledCall:
             is_followed=self._closure.is_followed,
             reference=reference,
             start_type=WarmStart,
+            fixed=() if self._under_any_gravity is None else ("gravity",),
         )
-        call = make_caller(signature, self._kernels.loaders(), self._call_thoroughly)
+        call = make_caller(signature, self._kernels.loaders(), self.call_thoroughly)
         kernel, names = self._kernels.at_guess, self._names
         values = dict(self._constants)
         if self._closure.is_followed:
@@ -94,7 +98,7 @@ class CompiledCall:
             return self._kernels.from_start.layout
         return self._kernels.at_guess.layout
 
-    def _call_thoroughly(
+    def call_thoroughly(
         self,
         values: dict[str, Any],
         out: Any,
@@ -103,6 +107,8 @@ class CompiledCall:
         start: WarmStart | None,
     ) -> Any:
         """The fallback: batches, other arrays, loops that are followed, and errors."""
+        if self._has_other_gravity(values):
+            return self._general.call_thoroughly(values, out, check, threads, start)
         if not isinstance(threads, int) or threads < 1:
             raise InputError(f"threads is {threads!r}; expected 1 or more")
         inputs = self._checked_inputs(values)
@@ -122,6 +128,22 @@ class CompiledCall:
         if len(outs) == 1:
             return outs[0]
         return tuple(outs)
+
+    def _has_other_gravity(self, values: Mapping[str, Any]) -> bool:
+        """Whether the caller gave a gravity with components that the code does not have."""
+        if self._under_any_gravity is None:
+            return False
+        gravity, own = values["gravity"], self._constants["gravity"]
+        if gravity is own:
+            return False
+        array = real_array("gravity", gravity)
+        return array.shape[-1:] != own.shape or bool(array[..., own == 0.0].any())
+
+    @lazy
+    def _general(self) -> CompiledCall:
+        """The same call for gravity along any axis."""
+        assert self._under_any_gravity is not None  # noqa: S101  asked before
+        return self._under_any_gravity()
 
     def _run_along(
         self,

@@ -19,7 +19,7 @@ from ..closed_state.state import ClosedState
 from ..description.model import Frame
 from ..dynamics.load_pattern import LoadPattern
 from ..dynamics.loads import Loads
-from ..ground.arrays import frozen
+from ..ground.arrays import Array, frozen
 from ..ground.lazy import lazy
 from .call_kernels import CallKernels
 from .closure import Closure
@@ -161,23 +161,37 @@ class RobotKernels:
             program: function from a pattern of loads to the program.
             explain: the robot's method that raises the error of states without a result.
         """
-        pattern, _ = self._dynamics.pack(self._loads)
-        return self._compile(pattern.key(name), program(pattern), explain=explain)
+        pattern, values = self._dynamics.pack(self._loads)
+        constants = {**self._constants, "gravity": frozen(self._loads.gravity), **values}
+
+        def call(
+            pattern: LoadPattern, under_any_gravity: Callable[[], CompiledCall] | None
+        ) -> CompiledCall:
+            kernels = CallKernels(self._kernels, pattern.key(name), program(pattern))
+            return CompiledCall(
+                kernels,
+                self._closure,
+                constants,
+                explain=explain,
+                under_any_gravity=under_any_gravity,
+            )
+
+        def general() -> CompiledCall:
+            return call(pattern.under_any_gravity(), None)
+
+        return call(pattern, general).caller()
 
     def _compile(
         self,
         key: str,
         program: programs.Program,
         optional: Sequence[str] = (),
-        explain: Call | None = None,
     ) -> Call:
-        _, values_of_loads = self._dynamics.pack(self._loads)
-        constants = {
-            "branch": self._closure.signs,
-            "guess": self._closure.start,
-            "gravity": frozen(self._loads.gravity),
-            **values_of_loads,
-        }
         kernels = CallKernels(self._kernels, key, program)
-        call = CompiledCall(kernels, self._closure, constants, optional, explain)
+        call = CompiledCall(kernels, self._closure, self._constants, optional)
         return call.caller()
+
+    @lazy
+    def _constants(self) -> dict[str, Array]:
+        """Inputs of all programs that do not vary with the state."""
+        return {"branch": self._closure.signs, "guess": self._closure.start}

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import load, programs
 from hybrid_dynamics_core.kernels import artifact, cache, digest, native, run
 from hybrid_dynamics_core.kernels.cache import Entry
 from hybrid_dynamics_core.kernels.run import Kernel
@@ -34,9 +34,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def inverse_kernel(backend: str) -> Kernel:
     robot = load("forging_chu2020")
-    fused = robot.kernels
-    fused.inverse_dynamics  # noqa: B018  made when first asked for
-    made = robot.kernel("inverse_dynamics", None)  # type: ignore[arg-type]
+    pattern, _ = robot._dynamics.pack(robot.loads)
+    made = robot.kernel("inverse_dynamics", programs.inverse_dynamics(pattern))
     return Kernel(made._program, made._sizes, backend)
 
 

@@ -81,7 +81,8 @@ class Tracer:
         self._machine = model
         self._model = model.program_model
         self._frame = model.frame(None)
-        self._pattern, values = pack_loads(loads, model.tree, model.frame, None)
+        pattern, values = pack_loads(loads, model.tree, model.frame, None)
+        self._pattern = pattern.under_any_gravity()  # an argument of the functions
         self._constants: dict[str, Scalars] = {"branch": model.plan.signs}
         for name, array in values.items():
             self._constants[name] = array.tolist()

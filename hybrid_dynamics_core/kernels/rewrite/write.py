@@ -8,7 +8,7 @@ from dataclasses import replace
 from ..graph import Graph, Operand
 from ..trace import Check, Trace
 from .part import joined, ordered
-from .read import Sums, Value
+from .read import Factors, Sums, Value
 from .share import SharedSums, share
 
 # [nodes] up to which a trace is rewritten, and rewritten twice, which saves 1 % more operations.
@@ -50,6 +50,7 @@ class _Writer:
         self._shared = shared
         self._graph = Graph()
         self._written: dict[int, Operand] = dict(shared.constants)
+        self._negated: set[int] = set()  # atoms that are written with the other sign
 
     def write(self) -> Trace:
         """The trace of all outputs and checks."""
@@ -107,6 +108,8 @@ class _Writer:
         op, a, b = self._sums.trace.graph.nodes[atom]
         if op == "input":
             return self._graph.input(int(a), int(b))
+        if op == "neg":
+            return self._other_sign(atom, int(a))
         if op != "block":
             return self._graph.keep(op, self._value(a), self._value(b))
         block = self._sums.trace.graph.blocks[int(a)]
@@ -114,13 +117,26 @@ class _Writer:
         outputs = self._graph.block(block.kind, block.size, block.outputs, arguments, block.body)
         return outputs[int(b)]
 
+    def _other_sign(self, atom: int, operand: int) -> Operand:
+        """An atom as its operand, with the other sign."""
+        if operand not in self._negated:
+            self._negated.add(atom)
+        return self._written[operand]
+
     def _sum(self, atom: int) -> Operand:
-        """A sum that begins with a positive term if there is one, which saves a change of sign."""
-        terms = self._shared.terms[atom]
+        """A sum that begins with a positive term, which saves a change of sign.
+
+        Where there is none, the sum is written with the other sign.
+        """
+        terms = [(self._sign(sign, factors), factors) for sign, factors in self._shared.terms[atom]]
         positive = [k for k, (sign, _) in enumerate(terms) if sign > 0]
+        first = 0
         if positive:
             first = positive[0]
-            terms = [terms[first], *terms[:first], *terms[first + 1 :]]
+        else:
+            self._negated.add(atom)
+            terms = [(-sign, factors) for sign, factors in terms]
+        terms = [terms[first], *terms[:first], *terms[first + 1 :]]
         total: Operand = 0.0
         for sign, factors in terms:
             product: Operand = 1.0
@@ -129,8 +145,17 @@ class _Writer:
             total = total + product if sign > 0 else total - product
         return total
 
+    def _sign(self, sign: int, factors: Factors) -> int:
+        """The sign of a term whose factors are as they are written."""
+        for factor in factors:
+            if factor in self._negated:
+                sign = -sign
+        return sign
+
     def _value(self, x: Value) -> Operand:
         """The operand of an atom that is written, or a constant."""
         if isinstance(x, float):
             return x
+        if x in self._negated:
+            return -self._written[x]
         return self._written[x]

@@ -99,7 +99,8 @@ class CallTracer:
         signs: Array,
     ) -> None:
         self._model = closure.model.program_model
-        self._pattern, values = dynamics.pack(loads)
+        pattern, values = dynamics.pack(loads)
+        self._pattern = pattern.under_any_gravity()  # an argument of the calls
         self._constants: dict[str, Scalars] = {"branch": signs.tolist()}
         for name, array in values.items():
             self._constants[name] = array.tolist()
