@@ -133,11 +133,11 @@ class CompiledCall:
         """Whether the caller gave a gravity with components that the code does not have."""
         if self._under_any_gravity is None:
             return False
-        gravity, own = values["gravity"], self._constants["gravity"]
-        if gravity is own:
+        gravity, default = values["gravity"], self._constants["gravity"]
+        if gravity is default:
             return False
         array = real_array("gravity", gravity)
-        return array.shape[-1:] != own.shape or bool(array[..., own == 0.0].any())
+        return array.shape[-1:] != default.shape or bool(array[..., default == 0.0].any())
 
     @lazy
     def _general(self) -> CompiledCall:

@@ -9,10 +9,10 @@ from benchmarks.calibration.accuracy import apart
 from benchmarks.calibration.simulated import FREE, NOISE, TURN, measured, poses
 from hybrid_dynamics_core.calibration import calibrate
 from hybrid_dynamics_core.calibration.adjustable import AdjustableRobot
-from hybrid_dynamics_core.formats.tables import table_of
 from hybrid_dynamics_core.calibration.machine import Machine
 from hybrid_dynamics_core.calibration.observations import observe
 from hybrid_dynamics_core.calibration.sensitivity import Sensitivity
+from hybrid_dynamics_core.formats.tables import table_of
 from hybrid_dynamics_core.robot.robot import Robot
 from tests.sampling import swept
 
