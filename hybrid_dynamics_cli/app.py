@@ -37,6 +37,7 @@ VERBS = {  # name -> module, in the order of the help
     "weigh": "measured.weigh",
     "calibrate": "calibrate",
     "estimate": "measured.estimate",
+    "tolerances": "studies.tolerances",
     "view": "view",
     "export": "export",
     "import": "import_file",

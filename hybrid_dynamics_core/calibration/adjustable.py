@@ -6,10 +6,12 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from ..algebra.live import kept
+from ..description.build import described_numbers
 from ..description.document import Data, Document, KeyPath
 from ..description.expand.module_parameters import ModuleParameters
 from ..description.expand.templates import find_template
@@ -25,6 +27,7 @@ from ..errors import InputError, UnknownNameError
 from ..formats.reader import described
 from ..ground.file_options import PathText
 from ..library import load
+from ..robot.robot import Robot
 
 Place = Literal["file", "expanded", "gain", "base"]
 Change = float | list[float]
@@ -63,19 +66,23 @@ class AdjustableRobot:
         written: the entries of the file.
     """
 
-    def __init__(self, robot: PathText) -> None:
+    def __init__(self, robot: PathText | Robot) -> None:
         """Read a robot.
 
         Args:
-            robot: name of a shipped robot, or path of a file.
+            robot: name of a shipped robot, or path of a file; or a robot that was read.
 
         Raises:
             InputError, DescriptionError: as in `load`.
         """
-        self.name = os.fspath(robot)
-        if isinstance(robot, str):
-            self.name = robot  # with its options
-        self.robot = load(robot)
+        if isinstance(robot, Robot):
+            self.name = robot.name
+            self.robot = robot
+        else:
+            self.name = os.fspath(robot)
+            if isinstance(robot, str):
+                self.name = robot  # with its options
+            self.robot = load(robot)
         self.written = written_of(self.robot.description)
         plain = self.written.document.copy()
         for link in plain.entries("links").values():
@@ -93,6 +100,13 @@ class AdjustableRobot:
         """
         return self._described(self._plain, parameters, values)
 
+    def numbers(
+        self, parameters: Iterable[FreeParameter], values: Iterable[Any]
+    ) -> RobotDescription:
+        """The numbers of the description, as its file has them, for values that may be live."""
+        changes = self.changes(parameters, values)
+        return described_numbers(self._plain.changed(changes).document_to_build())
+
     def with_visuals(
         self, parameters: Iterable[FreeParameter], values: Iterable[float]
     ) -> RobotDescription:
@@ -106,7 +120,7 @@ class AdjustableRobot:
         return written.changed(changes).described()
 
     def changes(
-        self, parameters: Iterable[FreeParameter], values: Iterable[float]
+        self, parameters: Iterable[FreeParameter], values: Iterable[Any]
     ) -> dict[KeyPath, Change]:
         """Numbers and lists to set in the file, by path.
 
@@ -120,11 +134,11 @@ class AdjustableRobot:
                 continue
             before = self._list_before(path)
             if not before:
-                changes[path] = float(value)
+                changes[path] = kept(value)
                 continue
             numbers = changes.setdefault(path[:-1], before)
             if isinstance(numbers, list):
-                numbers[int(path[-1])] = float(value)
+                numbers[int(path[-1])] = kept(value)
         return changes
 
     def _list_before(self, path: KeyPath) -> list[float]:

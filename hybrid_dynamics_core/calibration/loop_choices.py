@@ -7,7 +7,7 @@ are closed as general four-bars here, from the states of the parallelogram.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +27,11 @@ SAME = 1e-12  # [m] rounding of places of pins
 
 
 class LoopChoices:
-    """The loader's choices on loops, as far as they hold while parameters change."""
+    """The loader's choices on loops, as far as they hold while parameters change.
+
+    Attributes:
+        general: names of the parallelograms that a parameter breaks.
+    """
 
     def __init__(
         self,
@@ -47,7 +51,7 @@ class LoopChoices:
                 except DescriptionError:
                     continue  # the fit says more
                 broken.update(broken_parallelograms(moved))
-        self._general = frozenset(broken)
+        self.general = frozenset(broken)
         self._equal_bars = 0.0 if _keeps_pins(drawn) else ROUNDED
 
     def applied(self, description: RobotDescription) -> RobotDescription:
@@ -56,11 +60,7 @@ class LoopChoices:
         Raises:
             DescriptionError: a loop is not planar any more.
         """
-        closures = []
-        for closure in description.closures:
-            is_general = closure.name in self._general
-            closures.append(replace(closure, assembly=None) if is_general else closure)
-        changed = replace(description, closures=tuple(closures))
+        changed = with_four_bars(description, self.general)
         return snapped(changed, equal_bars=self._equal_bars)
 
 
@@ -87,13 +87,19 @@ def with_general_bars(description: RobotDescription, robot: Robot) -> RobotDescr
     broken = set(broken_parallelograms(description))
     if not broken:
         return description
-    closures = []
-    for closure in description.closures:
-        is_general = closure.name in broken
-        closures.append(replace(closure, assembly=None) if is_general else closure)
+    general = with_four_bars(description, broken)
     state = robot.close(robot.reference)
     reference = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
-    return replace(description, closures=tuple(closures), reference=reference)
+    return replace(general, reference=reference)
+
+
+def with_four_bars(description: RobotDescription, loops: Collection[str]) -> RobotDescription:
+    """The description with some parallelograms closed as general four-bars."""
+    closures = []
+    for closure in description.closures:
+        is_general = closure.name in loops and closure.assembly == PARALLELOGRAM
+        closures.append(replace(closure, assembly=None) if is_general else closure)
+    return replace(description, closures=tuple(closures))
 
 
 def _keeps_pins(drawn: RobotDescription) -> bool:

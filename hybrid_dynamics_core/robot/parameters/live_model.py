@@ -49,7 +49,7 @@ def live_model(
         numbers[path] = Live(value, graph.input(0, k))
     live = described_numbers(written.changed(numbers).document_to_build())
     plain = described_numbers(written.document_to_build())
-    merged = _merged(robot, plain, live)
+    merged = merged_numbers(robot, plain, live)
     tree = build_tree(merged)
     plan = _live_plan(described, tree, merged)
     pins = described.pins(robot.closures)
@@ -59,20 +59,20 @@ def live_model(
         described.idle,
         tuple(merged.closures),
         described=described,
-        frames=_frames(merged),
+        frames=all_frames(merged),
         live_pins=tuple(moved_pins(pins, tree, merged.closures)),
         graph=graph,
         count=len(values),
     )
 
 
-def _frames(robot: RobotDescription) -> dict[str, Frame]:
+def all_frames(robot: RobotDescription) -> dict[str, Frame]:
     """All frames by name; links have their own."""
     frames = {name: Frame(name) for name in robot.links}
     return {**frames, **robot.frames}
 
 
-def _merged(
+def merged_numbers(
     robot: RobotDescription, plain: RobotDescription, live: RobotDescription
 ) -> RobotDescription:
     """The description with live numbers, where the model uses the numbers of the file.

@@ -1,0 +1,1 @@
+"""Verbs of studies: what happens when the numbers of a robot vary."""

@@ -1,0 +1,1 @@
+"""Tolerances of lengths and play of pins."""
