@@ -17,7 +17,7 @@ from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP, any_failed
 from ..programs import Model
-from .continuation import Rows, Start, continue_to
+from .continuation import Continuation, Rows, Start, continue_to
 from .turns import FreeTurns
 
 Values = dict[str, Array]
@@ -187,6 +187,14 @@ class ClosureSolver:
         values, codes = self._run(u, du, signs, s)
         return values, np.where(failed != GOOD, failed, codes)
 
+    def share_reached(self, u: Array, signs: Array, start: Start) -> float:
+        """Share of the straight motion to u (n,) that continuation reaches, in [0, 1]."""
+        return float(self._continued(u, signs, start).progress[0])
+
+    def from_guess(self, u: Array, signs: Array, guess: Array) -> ClosureResults:
+        """Close at u (n,) or (N, n), at rest, near a guess of all coordinates."""
+        return self._run(u, np.zeros_like(u), signs, guess)
+
     def at(self, s: Array, signs: Array) -> ClosureResults:
         """The closure at a closed configuration s (n_s,), at rest."""
         u = s[self.given]
@@ -213,6 +221,13 @@ class ClosureSolver:
 
     def _follow(self, u: Array, du: Array, signs: Array, start: Start) -> ClosureResults:
         """Close at u (n,) or (N, n) by continuation from a start."""
+        path = self._continued(u, signs, start)
+        values, at_end = self._run(u, du, signs, path.s.reshape(*u.shape[:-1], -1))
+        codes = _code_after(path.codes, at_end)
+        return values, codes.reshape(np.shape(at_end))
+
+    def _continued(self, u: Array, signs: Array, start: Start) -> Continuation:
+        """Follow the motion from a start to u (n,) or (N, n)."""
         ends = np.atleast_2d(u)
         starts = np.broadcast_to(start.s, (len(ends), len(self._reference)))
 
@@ -222,10 +237,7 @@ class ClosureSolver:
         def step(u: Array, start: Start, rows: Rows) -> ClosureResults:
             return self._runs.step(u, np.zeros_like(u), _of_rows(signs, rows), start)
 
-        path = continue_to(close, step, starts, starts[:, self.given], ends)
-        values, at_end = self._run(u, du, signs, path.s.reshape(*u.shape[:-1], -1))
-        codes = _code_after(path.codes, at_end)
-        return values, codes.reshape(np.shape(at_end))
+        return continue_to(close, step, starts, starts[:, self.given], ends)
 
 
 def _with_rows(direct: ClosureResults, rows: Rows, replacement: ClosureResults) -> ClosureResults:

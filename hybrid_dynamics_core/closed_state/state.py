@@ -18,6 +18,7 @@ from ..errors import InputError
 from ..ground.arrays import Array, Picklable
 from ..kernels.run import Codes
 from ..programs import OutcomeKind, kinds
+from .passages.record import Passage
 
 _BELOW_ALL: Final = -1.0  # in place of NaN; distances of loops are in [0, 1]
 # fields with a row for each state of a batch
@@ -77,12 +78,13 @@ class ClosedState(Picklable):
         loops: names of the loops.
         distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
             2 abs(det J_z) / norm(J_z)^2 with J_z made dimensionless.
-        status: a ClosureStatus, or an int array (N,) for a batch. Only `close(..., check=False)`
-            returns states that are not OK.
+        status: a ClosureStatus, or an int array (N,) for a batch. Only `close(..., check=False)`,
+            and motions through change points, return states that are not OK.
         iterations: iterations of the closure, () or (N,); 0 if all loops have closed forms.
         dds: accelerations of all coordinates (n_s,) after `close_given`, otherwise None.
         passive_angles: index in s and value at the reference [rad] of each passive revolute joint,
             by name. `turns` counts from that value.
+        passages: change points and toggles on the way, of a motion through them.
     """
 
     u: Array
@@ -100,6 +102,7 @@ class ClosedState(Picklable):
     iterations: int | np.ndarray = 0
     dds: Array | None = None
     passive_angles: Mapping[str, tuple[int, float]] = field(default_factory=dict, repr=False)
+    passages: tuple[Passage, ...] = ()
 
     @classmethod
     def of_fields(cls, fields: dict[str, Any], later: Later | None = None) -> ClosedState:
@@ -238,7 +241,8 @@ class ClosedState(Picklable):
         if self.u.ndim == 1:
             raise InputError("this is one closed state, not a batch: it has no rows to choose from")
         columns = _columns(self)
-        parts = {name: values[which] for name, values in columns.items()}
+        parts: dict[str, Any] = {name: values[which] for name, values in columns.items()}
+        parts["passages"] = ()  # of the whole motion
         if self.signs.ndim == 1:  # the same for all
             parts["signs"] = self.signs
         if parts["u"].ndim == 1:
@@ -254,7 +258,7 @@ class ClosedState(Picklable):
         Its `branch` is that of the last state. It has `dds` if all states have.
         """
         columns = [_columns(state) for state in states]
-        parts: dict[str, Any] = {"dds": None}
+        parts: dict[str, Any] = {"dds": None, "passages": ()}
         for name in columns[0]:
             if all(name in entry for entry in columns):
                 parts[name] = np.concatenate([entry[name] for entry in columns])

@@ -11,7 +11,7 @@ from ..algebra.charts import LEAVE, in_other_chart
 from ..closed_state.assembly_modes import matching_signs
 from ..closed_state.closure_solver import ClosureResults
 from ..closed_state.state import ClosedState, ClosureStatus
-from ..errors import StateError
+from ..errors import InputError, StateError
 from ..ground.arrays import Array, frozen
 from .model import RobotModel
 from .state_builder import StateBuilder
@@ -148,6 +148,14 @@ class Charts:
                 raise
             states.append(near)
         return ClosedState.joined(states)
+
+    def require_no_passage(self, through_change_points: bool) -> None:
+        """Raise InputError if a motion should pass change points of a robot whose charts change."""
+        if through_change_points:
+            raise InputError(
+                "through_change_points: this robot has ball joints in loops, whose angles change"
+                " their chart on the way; expected a robot without them"
+            )
 
     def _by_halves(
         self, close: Close, u: Array, du: Array, start: ClosedState, depth: int = 0

@@ -19,6 +19,7 @@ from ..closed_state.closure_solver import ClosureResults, ClosureSolver
 from ..closed_state.continuation import Start
 from ..closed_state.diagnosis import error_for
 from ..closed_state.mode_search import ModeSearch
+from ..closed_state.passages.path import follow_through
 from ..closed_state.state import ClosedState
 from ..closed_state.turns import FreeTurns
 from ..errors import InputError
@@ -134,6 +135,7 @@ class Closure:
         u: ArrayLike,
         du: ArrayLike | None = None,
         near: ClosedState | None = None,
+        through_change_points: bool = False,
     ) -> ClosedState:
         """Close along a motion: each row is followed from the previous one.
 
@@ -141,6 +143,9 @@ class Closure:
             u: active coordinates (N, n) along the motion [rad, m].
             du: active rates (N, n) [rad/s, m/s]; zero if None.
             near: closed state from which the first row is followed; the reference if None.
+            through_change_points: whether the motion passes change points, without a jump of its
+                rates. A path that touches a turning value of u passes that toggle to the other
+                mode. `passages` of the result has these places; see `docs/dynamics.md`.
 
         Returns:
             A batch of N closed states.
@@ -154,18 +159,20 @@ class Closure:
         """
         u = finite_vectors("u", u, self.model.active)
         if u.ndim == 1:
-            n = len(self.model.active)
-            raise InputError(f"u has shape {u.shape}; expected a motion (N, {n})")
+            raise InputError(f"u has shape {u.shape}; expected a motion (N, {len(u)})")
         du = self._rates(u, du, len(u))
         start = self._start_at(near, -1)
         signs = self._signs_for(near, None)
         if self.charts.change_in_loops:
+            self.charts.require_no_passage(through_change_points)
             return self.charts.close_path(self._close, u, du, near)
-        values, codes = self._solver.path(u, du, signs, start)
-        state = self._states.build(u, du, signs, values, codes)
-        if near is None:
-            return state
-        return self._states.on_modes_of(near, state)
+        if through_change_points:
+            path = follow_through(self._solver, self.model.program_model, u, signs, start)
+            state = self._states.build_through(u, du, path, self._run_closure)
+        else:
+            values, codes = self._solver.path(u, du, signs, start)
+            state = self._states.build(u, du, signs, values, codes)
+        return state if near is None else self._states.on_modes_of(near, state)
 
     def follow_turns(self, state: ClosedState, before: ArrayLike) -> ClosedState:
         """Make passive angles continuous along states that were closed one by one.

@@ -10,8 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..closed_state.assembly_modes import branch_names
-from ..closed_state.closure_solver import Values
+from ..closed_state.closure_solver import RunClose, Values
 from ..closed_state.diagnosis import raise_for_status
+from ..closed_state.passages.path import ThroughPath
 from ..closed_state.state import ClosedState, ClosureStatus, closure_statuses
 from ..ground.arrays import Array, frozen
 from ..kernels.run import Codes
@@ -118,6 +119,42 @@ class StateBuilder:
             **self._constants,
         }
         return ClosedState.of_fields(fields, _Evidence(self, signs, values))
+
+    def build_through(self, u: Array, du: Array, path: ThroughPath, run: RunClose) -> ClosedState:
+        """Build the states of a motion through singular places.
+
+        Rows at such a place have the status `SINGULAR`. Their R and rates are those on the branch
+        at a change point, and NaN at a toggle. Their bias is NaN.
+
+        Args:
+            u: active coordinates (N, n) [rad, m].
+            du: active rates (N, n) [rad/s, m/s].
+            path: the motion.
+            run: the closure kernel.
+
+        Raises:
+            ClosureError: a row cannot be reached.
+            SingularityError: a row cannot be reached without a jump.
+        """
+        signs = path.signs
+        if (signs == signs[0]).all():
+            signs = signs[0]
+        values, codes = run(u, du, signs, path.s)
+        codes = codes.copy()
+        codes[path.reached :] = path.code
+        for row, velocity_map in path.at_places.items():
+            codes[row] = GOOD
+            values["s"][row] = path.s[row]
+            values["R"][row] = velocity_map
+            values["ds"][row] = velocity_map @ du[row]
+            values["bias"][row] = np.nan
+            values["residuals"][row] = 0.0  # to the accuracy at which the place was taken for one
+            values["distances"][row] = 0.0
+            values["iterations"][row] = 0.0
+        state = self.build(u, du, signs, values, codes)
+        status = np.zeros(len(u), dtype=np.int64)
+        status[list(path.at_places)] = ClosureStatus.SINGULAR
+        return replace(state, status=status, passages=path.passages)
 
     def on_modes_of(self, near: ClosedState, state: ClosedState) -> ClosedState:
         """A state with the mode names of the state `near` that it was followed from.

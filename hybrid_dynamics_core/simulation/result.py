@@ -23,6 +23,7 @@ from .events import Event
 FORMAT = 3
 LEAST_SHARE = 1e-6  # least share of the potential energy as scale: far above rounding
 _FORMER = {"t": "time", "ddu": "acceleration", "tau": "effort"}  # names of arrays in format 2
+_IN_HEAD = ("branch", "loops", "passive_angles", "passages")  # fields of states without arrays
 _HEAD_FIELDS = (
     "robot",
     "names",
@@ -247,4 +248,4 @@ def _state(head: Mapping[str, Any], arrays: Mapping[str, Array]) -> ClosedState:
 
 def _state_arrays() -> list[str]:
     names = [field.name for field in fields(ClosedState)]
-    return [name for name in names if name not in ("branch", "loops", "passive_angles")]
+    return [name for name in names if name not in _IN_HEAD]
