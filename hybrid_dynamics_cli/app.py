@@ -33,6 +33,7 @@ VERBS = {  # name -> module, in the order of the help
     "branches": "branches",
     "capability": "capability",
     "retime": "retime",
+    "design": "design.make",
     "size": "design.size",
     "weigh": "measured.weigh",
     "calibrate": "calibrate",

@@ -50,10 +50,7 @@ def write_folder(texts: Mapping[str, str | bytes], folder: Path, overwrite: bool
         InputError: the folder is none, has other files, or files are not to be replaced.
         OSError: a file cannot be written.
     """
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file; name a folder")
-    if not folder.parent.is_dir():
-        raise InputError(f"{folder}: there is no folder {folder.parent}")
+    require_place(folder)
     folders = _folders(texts)
     entries = _entries(folder, folders)
     _refuse_others(folder, entries, texts, folders)
@@ -66,6 +63,14 @@ def write_folder(texts: Mapping[str, str | bytes], folder: Path, overwrite: bool
         (folder / name).mkdir(exist_ok=True)
     for name, text in texts.items():
         _write(folder / name, text)
+
+
+def require_place(folder: Path) -> None:
+    """Raise InputError for a folder that cannot be made."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; name a folder")
+    if not folder.parent.is_dir():
+        raise InputError(f"{folder}: there is no folder {folder.parent}")
 
 
 def _entries(folder: Path, folders: Collection[str]) -> list[str]:

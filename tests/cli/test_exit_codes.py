@@ -26,6 +26,8 @@ NEEDING = {  # further options of verbs that take ROBOT
     "tolerances": ["--tolerance", "crank=0.1*mm"],
     "size": ["--cycle", "cycle.csv", "--catalogue", "drives.csv", "--drive", "q1"],
 }
+DESIGNED = ["--class", "II", "--modules", "delta: base_radius=0.2 platform_radius=0.1 arm=1 rod=2"]
+DESIGNED += ["--links", "1", "-o", "out"]
 ESTIMATED = {  # further options of verbs that take DATA and --robot
     "weigh": [],
     "calibrate": ["--free", "bar"],
@@ -42,6 +44,8 @@ def given(words: tuple[str, ...], robot: str, bag: str) -> list[str]:
         return list(words)
     if verb in NEEDING:
         return [*words, robot, *NEEDING[verb]]
+    if verb == "design":
+        return [*words, *DESIGNED, "--cycle", robot]
     if verb in ESTIMATED:
         return [*words, bag, "--robot", robot, *ESTIMATED[verb]]
     return [*words, robot]

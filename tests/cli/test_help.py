@@ -111,7 +111,7 @@ def short_examples() -> Iterator[str]:
 
 
 # pictures, searches for all modes, and compilers
-SLOW = re.compile(r" --(draw|plot)\b| workspace | bag report | --all\b| --format fmu ")
+SLOW = re.compile(r" --(draw|plot)\b| workspace | bag report | design | --all\b| --format fmu ")
 LINES = list(short_examples())
 
 

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 import click
 
-from hybrid_dynamics_core.ground.suggestions import no_such_name
 from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
-from hybrid_dynamics_core.sizing import Margins, Sizing, read_catalogue, read_duty, size_drive
+from hybrid_dynamics_core.sizing import Sizing, read_catalogue, read_duty, size_drive
 
 from ...bags.common import PATH
 from ...exit_codes import FAILED
 from ...output import number, show, table
 from ...parameters import json_option, loaded, robot_argument
-from ...quantities import value_of
-from ...robot_options import named_pairs
+from .margins import margins_of, margins_option
 
 HELP: Final = """\
 The smallest drive of a catalogue that meets a duty cycle, and what each of them lacks.
@@ -40,7 +38,6 @@ Examples:
 
 Ends with 1 where no drive of the catalogue fits.
 """
-_UNITS: Final = {"stroke": "m"}  # of margins; the others are factors
 
 
 @click.command(help=HELP, epilog=EPILOG, short_help="The smallest drive for a duty cycle.")
@@ -48,16 +45,7 @@ _UNITS: Final = {"stroke": "m"}  # of margins; the others are factors
 @click.option("--cycle", type=PATH, required=True, metavar="CSV", help="The duty cycle.")
 @click.option("--catalogue", type=PATH, required=True, metavar="CSV", help="The drives.")
 @click.option("--drive", required=True, metavar="NAME", help="The joint that is driven.")
-@click.option(
-    "--margin",
-    "margins",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help=(
-        "What is needed beyond the cycle: a factor of pressure, torque, rms, speed, power or"
-        " buckling (3.5 where left out), or a stroke left at either end; repeatable."
-    ),
-)
+@margins_option
 @json_option
 @click.pass_context
 def command(
@@ -81,27 +69,6 @@ def command(
         click.echo(f"{cycle}: columns that are not used: {names}", err=True)
     if sizing.chosen is None:
         context.exit(FAILED)
-
-
-def margins_of(texts: tuple[str, ...]) -> Margins:
-    """Margins from texts such as `pressure=1.2`.
-
-    Raises:
-        click.BadParameter: a name is unknown, or a value is no number of zero or more.
-    """
-    margins = Margins()
-    names = [field.name for field in fields(margins)]
-    for name, term in named_pairs("--margin", texts, "=", "pressure=1.2").items():
-        if name not in names:
-            raise click.BadParameter(no_such_name("margin", name, names), param_hint="--margin")
-        try:
-            value = value_of(term, [_UNITS.get(name, "1")])
-        except (ValueError, ArithmeticError) as error:
-            raise click.BadParameter(f"'{term}': {error}", param_hint="--margin") from error
-        if value < 0.0:
-            raise click.BadParameter(f"{name} is below zero", param_hint="--margin")
-        margins = replace(margins, **{name: value})
-    return margins
 
 
 def facts(sizing: Sizing) -> dict[str, Any]:

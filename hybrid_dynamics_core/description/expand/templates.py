@@ -36,6 +36,11 @@ def shipped_templates() -> tuple[str, ...]:
     return tuple(sorted(_shipped(file).name for file in files))
 
 
+def shipped_template(name: str) -> Template:
+    """The template of a name in this package."""
+    return _shipped(name.replace("/", "-") + ".yaml")
+
+
 def find_template(document: Document, name: str, path: KeyPath) -> Template:
     """The template of a module.
 
@@ -60,7 +65,7 @@ def find_template(document: Document, name: str, path: KeyPath) -> Template:
             path,
             f"there is no template '{name}'{hint}; known: {', '.join(names)}, or a path to a file",
         )
-    return _shipped(name.replace("/", "-") + ".yaml")
+    return shipped_template(name)
 
 
 def _from_file(document: Document, name: str, path: KeyPath) -> Template:
