@@ -1,4 +1,4 @@
-"""Digests of the source of kernels, without comments, docstrings and line breaks.
+"""Digests of the source of kernels, without comments, docstrings and most line breaks.
 
 `PLACES` is all code that graphs or generated texts depend on. Other code, such as drawing, does not
 change kernels. tests/kernels compares the list with the programs' imports.
@@ -6,12 +6,12 @@ change kernels. tests/kernels compares the list with the programs' imports.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import platform
 from collections.abc import Iterable, Sequence
 from functools import cache as cached
 from pathlib import Path
+from types import CodeType
 
 from . import cache
 
@@ -32,6 +32,20 @@ PLACES = (
     "programs",
 )
 COMPILER = ("kernels/llvm.py",)  # code that object code depends on, besides the text
+# of a code object, without places in the file
+_PARTS_OF_CODE = (
+    "co_code",
+    "co_names",
+    "co_varnames",
+    "co_freevars",
+    "co_cellvars",
+    "co_argcount",
+    "co_posonlyargcount",
+    "co_kwonlyargcount",
+    "co_flags",
+    "co_qualname",
+    "co_exceptiontable",
+)
 _ROOT = Path(__file__).resolve().parent.parent
 _PREFIXES = tuple(f"{PACKAGE}.{place.removesuffix('.py').replace('/', '.')}" for place in PLACES)
 
@@ -63,17 +77,17 @@ def compiler_digest() -> str:
 
 
 def _digest_of(places: Sequence[str]) -> str:
-    """Digest of the syntax; it takes half a second, so it is cached by a digest of the bytes."""
+    """Digest of the bytecode; it takes 0.2 s, so it is cached by a digest of the bytes."""
     paths = [path for place in places for path in _files(place)]
     texts = {path.relative_to(_ROOT).as_posix(): path.read_bytes() for path in paths}
     names = [part.encode() for part in ("code", platform.python_version(), *texts)]
     key = _hash([*names, *texts.values()])
     entry = cache.read(key)
     if entry is None:
-        parts = [(name, syntax(text)) for name, text in texts.items()]
-        entry = cache.Entry({"syntax": _hash(word.encode() for part in parts for word in part)})
+        parts = [(name, canonical(text)) for name, text in texts.items()]
+        entry = cache.Entry({"bytecode": _hash(word.encode() for part in parts for word in part)})
         cache.write(key, entry)
-    return str(entry.facts["syntax"])
+    return str(entry.facts["bytecode"])
 
 
 def _files(place: str) -> list[Path]:
@@ -84,20 +98,23 @@ def _files(place: str) -> list[Path]:
     return files
 
 
-def syntax(text: bytes) -> str:
-    """A canonical text of a source, without comments, docstrings and layout."""
-    tree = ast.parse(text)
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
-            _drop_docstring(node)
-    return ast.dump(tree)
+def canonical(text: bytes) -> str:
+    """A canonical text of a source, without comments, docstrings and layout: that of its bytecode.
+
+    To compile takes a third of the time that a walk over the syntax tree takes.
+    """
+    code = compile(text, "formulas", "exec", dont_inherit=True, optimize=2)  # no docstrings
+    return _text_of(code)
 
 
-def _drop_docstring(
-    node: ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef,
-) -> None:
-    if ast.get_docstring(node, clean=False) is not None:
-        del node.body[0]
+def _text_of(constant: object) -> str:
+    """A text of a constant of bytecode, the same in every process and wherever lines begin."""
+    if isinstance(constant, CodeType):
+        parts = [str(getattr(constant, name)) for name in _PARTS_OF_CODE]
+        return repr([*parts, *map(_text_of, constant.co_consts)])
+    if isinstance(constant, frozenset):
+        return repr(sorted(map(_text_of, constant)))
+    return repr(constant)
 
 
 def _hash(parts: Iterable[bytes]) -> str:

@@ -52,7 +52,7 @@ def tau(kernel: Kernel) -> np.ndarray:
 def entries(folder: Path) -> list[Path]:
     """Files of kernels; those that hold digests of code are none of them."""
     paths = sorted(folder.glob("*.kernel"))
-    return [path for path in paths if b'"syntax"' not in path.read_bytes()]
+    return [path for path in paths if b'"bytecode"' not in path.read_bytes()]
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
