@@ -32,6 +32,7 @@ VERBS = {  # name -> module, in the order of the help
     "workspace": "workspace",
     "branches": "branches",
     "capability": "capability",
+    "stiffness": "elastic.stiffness",
     "retime": "retime",
     "design": "design.make",
     "size": "design.size",

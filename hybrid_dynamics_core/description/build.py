@@ -31,6 +31,7 @@ from .model import (
     RobotDescription,
 )
 from .rigid_body import TRIANGLE_SLACK
+from .stiffness_section.read import read_stiffness
 from .values import ValueReader
 from .visuals.read import read_visuals
 
@@ -74,7 +75,7 @@ class _Builder:
         data = self.data
         links, parts, alone = self.bodies()
         joints = self.joints()
-        return RobotDescription(
+        robot = RobotDescription(
             name=data["name"],
             source=data.get("source", ""),
             gravity=self.gravity(),
@@ -104,6 +105,7 @@ class _Builder:
             transmissions=read_transmissions(self.values),
             pumps=read_pumps(self.values),
         )
+        return replace(robot, stiffness=read_stiffness(self.values, robot))
 
     def gravity(self) -> Array:
         gravity = self.data.get("gravity", _STANDARD_GRAVITY)

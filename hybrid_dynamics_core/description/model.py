@@ -20,6 +20,7 @@ from ..ground.arrays import Array, Picklable, frozen
 from ..ground.suggestions import with_warnings
 from .actuators import EffortTable, HydraulicCylinder, Pump, Transmission
 from .effects import JointEffect, Payload
+from .elasticity import Elasticity
 
 JointType = Literal["revolute", "prismatic"]
 MultiDofType = Literal["universal", "cylindrical", "planar", "ball", "free", "screw"]
@@ -264,8 +265,7 @@ class RobotDescription(Picklable):
         base: name of the base link.
         links: moving links by name; links fixed to them are merged into them.
         joints: joints by name.
-        closures: the closures that close the loops.
-        loops: those of Type A to D, by name.
+        closures, loops: those that close the loops, and which of them are of Type A to D, by name.
         active: the independent coordinates u, in order: driven joints, then idle ones.
         end_effector: name of its frame.
         frames: frames by name, including those of fixed links and of the end effector.
@@ -276,12 +276,10 @@ class RobotDescription(Picklable):
         multi_dof: joints of several freedoms by name; `joints` has the joints of their chains.
         charts: chart of ball and free joints at the reference, +1 or -1; +1 for joints not listed.
         file: the file that the description was read from.
-        lines: line of each entry, by dotted key.
-        files: file of each entry that comes from another file, by dotted key.
+        lines, files: line of each entry, and file if it comes from another one, by dotted key.
         notes: sentences on assumptions and omissions of the loader.
         warnings: notes on entries that are allowed but likely wrong.
-        impossible: the problem of each inertia that no rigid body has, but which is used as given,
-            by dotted key. The notes have it too.
+        impossible: problem of each inertia that no rigid body has, by dotted key; used as given.
         effects: friction, rotors and springs, by joint.
         payloads: frame and body by name.
         actuators: cylinders by joint.
@@ -290,6 +288,7 @@ class RobotDescription(Picklable):
         alone: links before merging, for those of `links` that have parts.
         visuals: shapes for pictures, by the link or part that has them.
         pumps: pumps that feed several cylinders, by name.
+        stiffness: what of it is elastic.
         written: the document that it was built from; None if it was made or changed by a program.
     """
 
@@ -324,6 +323,7 @@ class RobotDescription(Picklable):
     alone: Mapping[str, Link] = field(default_factory=dict)
     visuals: Mapping[str, tuple[Visual, ...]] = field(default_factory=dict)
     pumps: Mapping[str, Pump] = field(default_factory=dict)
+    stiffness: Elasticity = field(default_factory=Elasticity)
     written: Any = field(default=None, init=False, repr=False)
 
     @property

@@ -53,6 +53,32 @@ _SECTIONS = (
     "gravity",
     "end_effector",
 )
+_STIFFNESS: dict[str, Units] = {  # of the section `stiffness`; entries of matrices are in SI units
+    "bulk_modulus": ("Pa",),
+    "dead_volume": ("m^3",),
+    "tensile_stiffness": ("N",),
+    "spans": ("m",),
+    "radial": ("N/m",),
+    "axial": ("N/m",),
+    "tilt": ("N m/rad", "N m"),
+    "turn": ("N m/rad", "N m"),
+    "E": ("Pa",),
+    "G": ("Pa",),
+    "A": ("m^2",),
+    "Ay": ("m^2",),
+    "Az": ("m^2",),
+    "Iy": ("m^4",),
+    "Iz": ("m^4",),
+    "J": ("m^4",),
+    "diameter": ("m",),
+    "wall": ("m",),
+    "width": ("m",),
+    "height": ("m",),
+    "radius": ("m",),
+    "at": ("m",),
+    "to": ("m",),
+    "start": ("m",),
+}
 _COORDINATES = ("limits", "offset", "rest", "position")
 _RATES = ("velocity_limit", "smoothing", "rate")
 _EFFORTS = ("effort_limit", "coulomb", "preload", "effort")
@@ -85,6 +111,8 @@ def units_at(document: Document, path: KeyPath) -> Units:
         units = _of_joint(document, keys[1], keys[-1])
         if units:
             return units
+    if section == "stiffness":
+        return _of_elasticity(document, keys)
     if section in _SECTIONS:
         return _BY_KEY.get(keys[-1], _ANY)
     return _ANY
@@ -97,6 +125,13 @@ def _at_closure(keys: list[str]) -> Units:
     if len(keys) == 5:
         return _BY_KEY.get(keys[4], _ANY)
     return _ANY
+
+
+def _of_elasticity(document: Document, keys: list[str]) -> Units:
+    """Units of the section `stiffness`; those of a drive follow from its joint."""
+    if keys[1] == "drives" and (len(keys) == 3 or keys[-1] == "stiffness"):
+        return _of_joint(document, keys[2], "stiffness")
+    return _STIFFNESS.get(keys[-1], _ANY)
 
 
 def _of_joint(document: Document, name: str, key: str) -> Units:

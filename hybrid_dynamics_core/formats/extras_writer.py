@@ -27,6 +27,7 @@ from ..description.model import (
     RobotDescription,
 )
 from ..ground.arrays import Array
+from .stiffness_writer import stiffness_entry
 
 _DESCRIPTIONS = {  # names of the entries in comments
     "gravity": "gravity",
@@ -41,6 +42,7 @@ _DESCRIPTIONS = {  # names of the entries in comments
     "actuators": "hydraulic cylinders",
     "transmissions": "drives that move several joints",
     "pumps": "pumps",
+    "stiffness": "stiffness of drives, pins and links",
     "reference": "the reference configuration",
     "multi_dof": "joints of several freedoms",
     "zero": "zero places of joints",
@@ -85,6 +87,7 @@ def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
     extras["actuators"] = _cylinder_entries(robot)
     extras["transmissions"] = _transmission_entries(robot)
     extras["pumps"] = {name: _pump_entry(pump) for name, pump in robot.pumps.items()}
+    extras["stiffness"] = stiffness_entry(robot.stiffness, str)
     extras["reference"] = dict(robot.plain_reference)
     extras["multi_dof"] = {joint.name: _row_entry(joint) for joint in robot.multi_dof.values()}
     return without_empty(extras)

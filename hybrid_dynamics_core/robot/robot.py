@@ -16,6 +16,7 @@ from ..kinematics.pose_chain import PoseChain
 from ..kinematics.workspace import find_workspace
 from ..limits import limit_margins
 from ..retiming import point_to_point, retime
+from ..stiffness import stiffness_at
 from .actuation import Actuation
 from .closure import Closure
 from .compiled_calls import RobotKernels
@@ -304,7 +305,8 @@ class Robot:
         joints = self.description.joints
         return {name: joints[name].velocity_limit for name in self.coordinates}
 
-    capability = capability_at  # a function of the robot
+    capability = capability_at  # functions of the robot
+    stiffness = stiffness_at
     limit_margins = limit_margins
     retime = retime
     point_to_point = point_to_point

@@ -66,6 +66,7 @@ FUNCTIONS = (  # of any robot
     "limit_margins",
     "point_to_point",
     "retime",
+    "stiffness",
     "with_parameters",
     "workspace",
 )

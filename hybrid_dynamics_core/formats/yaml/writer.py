@@ -20,6 +20,7 @@ from ...ground.arrays import Array
 from ...ground.wording import one_line
 from ...robot.taken import AnyRobot, description_of
 from ..extras_writer import compensation_entry, extras_of, without_empty
+from ..stiffness_writer import stiffness_entry
 from ..visual_elements import visual_entry
 from .names import Names
 from .poses import axis_entry, body_entry, place_entry, pose_entry
@@ -96,6 +97,7 @@ class _Writer:
             "actuators": self.by_joint("actuators"),
             "transmissions": self.transmissions(),
             "pumps": self.pumps(),
+            "stiffness": stiffness_entry(robot.stiffness, self.names.__getitem__),
             "reference": self.by_joint("reference"),
             "multi_dof": self.multi_dof(),
         }

@@ -1,0 +1,1 @@
+"""Verbs of elastic robots: stiffness, deflections and natural frequencies."""

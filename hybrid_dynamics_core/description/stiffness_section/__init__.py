@@ -1,0 +1,1 @@
+"""The section `stiffness` of a description file."""

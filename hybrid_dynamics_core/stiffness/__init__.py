@@ -1,0 +1,33 @@
+"""Stiffness with drives locked: compliance of drives, pins and links at a frame, and modes."""
+
+from ..description.elasticity import (
+    Beam,
+    Bearing,
+    Belt,
+    DriveStiffness,
+    Elasticity,
+    LinkMatrix,
+    OilColumn,
+    Section,
+    box_section,
+    tube_section,
+)
+from .modes import Modes
+from .stiffness import Deflection, Stiffness, stiffness_at
+
+__all__ = [
+    "Beam",
+    "Bearing",
+    "Belt",
+    "Deflection",
+    "DriveStiffness",
+    "Elasticity",
+    "LinkMatrix",
+    "Modes",
+    "OilColumn",
+    "Section",
+    "Stiffness",
+    "box_section",
+    "stiffness_at",
+    "tube_section",
+]

@@ -1,0 +1,169 @@
+"""Equations between joints and deformations: closures, followers, drives and springs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..description.elasticity import Elasticity
+from ..description.model import Closure
+from ..errors import InputError
+from ..ground.arrays import Array
+from .attachments import Key
+from .drive_springs import drive_compliance
+from .held import HELD, held_by
+from .machine import Machine
+from .places import Places
+from .posed_tree import PosedTree
+
+
+@dataclass(frozen=True, eq=False)
+class Equation:
+    """A gap that is zero, or the deformation of a spring.
+
+    Attributes:
+        name: name of its element.
+        row: (n_s + k,) gap per unit of each joint and of each deformation of a virtual joint.
+        deformation: gap per unit of a spring of unit stiffness; 0 for a rigid one.
+    """
+
+    name: str
+    row: Array
+    deformation: float
+
+
+def equations_of(
+    machine: Machine,
+    tree: PosedTree,
+    elasticity: Elasticity,
+    places: Places,
+) -> list[Equation]:
+    """All equations of a robot with locked drives.
+
+    Args:
+        machine: the robot.
+        tree: its tree at a state.
+        elasticity: what of it is elastic.
+        places: twists of places on its links.
+
+    Raises:
+        InputError: a spring cannot be counted.
+    """
+    equations: list[Equation] = []
+    for closure in tree.robot.closures:
+        equations += _of_closure(tree, closure, elasticity, places)
+    drives = _Drives(machine, tree, elasticity, _size(places))
+    equations += drives.followers()
+    equations += drives.locked()
+    equations += drives.springs()
+    return equations
+
+
+def _size(places: Places) -> int:
+    """Number of coordinates."""
+    first = next(iter(places.values()))
+    return int(first.shape[1])
+
+
+def _of_closure(
+    tree: PosedTree,
+    closure: Closure,
+    elasticity: Elasticity,
+    places: Places,
+) -> list[Equation]:
+    a = tree.tree.body_index(closure.link_a)
+    b = tree.tree.body_index(closure.link_b)
+    key: Key = ("closure", closure.name)
+    between = places[a, key] - places[b, key]
+    gaps = tree.pin_pose(closure).displacements(between)
+    bearing = elasticity.pins.get(closure.name)
+    held = held_by(HELD[closure.kind], bearing, tree.length)
+    equations: list[Equation] = []
+    for row, deformation in zip(held.rows @ gaps, held.deformations, strict=True):
+        equation = Equation(f"pins.{closure.name}", row, float(deformation))
+        equations.append(equation)
+    return equations
+
+
+class _Drives:
+    """Equations along joints."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        tree: PosedTree,
+        elasticity: Elasticity,
+        size: int,
+    ) -> None:
+        self.machine = machine
+        self.tree = tree
+        self.elasticity = elasticity
+        self.size = size
+
+    def followers(self) -> list[Equation]:
+        """Joints that follow others."""
+        equations: list[Equation] = []
+        for name, mimic in self.tree.robot.mimics.items():
+            factors = {name: 1.0}
+            for source, multiplier in mimic.multipliers.items():
+                factors[source] = factors.get(source, 0.0) - multiplier
+            equations.append(self._of_drive(name, factors))
+        return equations
+
+    def locked(self) -> list[Equation]:
+        """Drives, which are locked behind their springs."""
+        transmissions = self.tree.robot.transmissions
+        equations: list[Equation] = []
+        for name in self.machine.all_drives:
+            factors: Mapping[str, float] = {name: 1.0}
+            if name in transmissions:
+                factors = transmissions[name].multipliers
+            equations.append(self._of_drive(name, factors))
+        return equations
+
+    def springs(self) -> list[Equation]:
+        """Springs of the description, which act along joints."""
+        turning = self.tree.robot.angles_in_rows
+        equations: list[Equation] = []
+        for name, effect in self.tree.robot.effects.items():
+            if not effect.stiffness:
+                continue
+            if effect.stiffness < 0.0 or name in turning:
+                raise InputError(
+                    f"joint '{name}' has a spring that cannot be counted: its stiffness is"
+                    " negative, or it is on a ball or free joint"
+                )
+            row = self._row({name: 1.0})
+            deformation = math.sqrt(1.0 / effect.stiffness)
+            equations.append(Equation(f"springs.{name}", row, deformation))
+        return equations
+
+    def _of_drive(self, name: str, factors: Mapping[str, float]) -> Equation:
+        """An equation along joints, with the deformation of a drive."""
+        row = self._row(factors)
+        drive = self.elasticity.drive(name)
+        if drive is None:
+            return Equation(f"drives.{name}", row, 0.0)
+        joint = self.tree.robot.joints.get(name)
+        position = 0.0
+        turns = False
+        if joint is not None:
+            position = self._position(name)
+            turns = joint.type == "revolute"
+        cylinder = self.tree.robot.actuators.get(name)
+        compliance = drive_compliance(name, drive, position, cylinder, turns=turns)
+        return Equation(f"drives.{name}", row, math.sqrt(compliance))
+
+    def _position(self, joint: str) -> float:
+        k = self.machine.coordinates.index(joint)
+        return float(self.tree.s[k])
+
+    def _row(self, factors: Mapping[str, float]) -> Array:
+        row = np.zeros(self.size)
+        for joint, factor in factors.items():
+            k = self.machine.coordinates.index(joint)
+            row[k] = factor
+        return row

@@ -1,0 +1,68 @@
+"""Twists of all links and of the places on them, per unit of each joint and deformation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from ..ground.arrays import Array
+from .attachments import Key, places_on
+from .posed_tree import PosedTree
+from .virtual_joints import VirtualJoints
+
+Places = Mapping[tuple[int, Key], Array]
+
+ROOT: Final[Key] = ("root", "")
+
+
+def places_of(tree: PosedTree, joints: VirtualJoints) -> Places:
+    """Twists (6, n_s + k) about the base origin, by body and place.
+
+    Args:
+        tree: the tree at a state.
+        joints: its virtual joints, with k deformations.
+    """
+    size = len(tree.tree.coordinates)
+    count = len(joints.deformations)
+    places: dict[tuple[int, Key], Array] = {}
+    places[-1, ROOT] = np.zeros((6, size + count))
+    _attach(tree, joints, -1, places)
+    for body, link in enumerate(tree.tree.bodies):
+        on_parent: Key = ("joint", link.joint)
+        twists = places[link.parent, on_parent].copy()
+        for k in joints.of_joints.get(body, []):
+            twists[:, size + k] = joints.deformations[k].twist
+        twists[:, link.coordinate] = tree.joint_twist(body)
+        places[body, ROOT] = twists
+        _attach(tree, joints, body, places)
+    return places
+
+
+def _attach(
+    tree: PosedTree,
+    joints: VirtualJoints,
+    body: int,
+    places: dict[tuple[int, Key], Array],
+) -> None:
+    """Add the places on a body, which move with the springs between them and its joint."""
+    size = len(tree.tree.coordinates)
+    root = places[body, ROOT]
+    flex = joints.flexes.get(body)
+    for key in places_on(tree.robot, _name(tree, body)):
+        places[body, key] = root
+        if flex is None:
+            continue
+        twists = root.copy()
+        for spring in flex.chains[key]:
+            for k in joints.of_links[body][spring]:
+                twists[:, size + k] = joints.deformations[k].twist
+        places[body, key] = twists
+
+
+def _name(tree: PosedTree, body: int) -> str:
+    """Name of the link of a body."""
+    if body < 0:
+        return tree.robot.base
+    return tree.tree.bodies[body].name

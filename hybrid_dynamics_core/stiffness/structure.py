@@ -1,0 +1,132 @@
+"""The elastic structure of a posed robot: springs of unit stiffness, and equations between them.
+
+Coordinates are q = [s; e]: joint coordinates s, and deformations e. Each spring is scaled, so that
+its energy is e^2 / 2. A rigid place has no spring, or a deformation of no size. So the equations
+stay finite at the rigid limit:
+
+    A_s s + A_e e = 0,  energy |e|^2 / 2.
+
+This is the virtual joint method, Klimchik, Pashkevich and Chablat (2018), with closures as
+equations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..description.elasticity import Elasticity
+from ..ground.arrays import Array
+from .attachments import Key
+from .equations import Equation, equations_of
+from .machine import Machine
+from .places import ROOT, Places, places_of
+from .posed_tree import Pose, PosedTree
+from .virtual_joints import virtual_joints
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """Springs, equations and places of a posed robot.
+
+    Attributes:
+        tree: the posed tree.
+        springs: name of the element of each deformation.
+        A_s: (m, n_s) equations over joint coordinates.
+        A_e: (m, n_e) equations over deformations.
+        places: (6, n_s + n_e) twist about the base origin of each place, by body and key.
+    """
+
+    tree: PosedTree
+    springs: tuple[str, ...]
+    A_s: Array
+    A_e: Array
+    places: Places
+
+    @property
+    def length(self) -> float:
+        """Length by which turns are compared with displacements [m]."""
+        return self.tree.length
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates, n_s + n_e."""
+        return int(self.A_s.shape[1]) + len(self.springs)
+
+    def twists(self, frame: str) -> tuple[Pose, Array]:
+        """Pose of a frame with base axes, and its twists (6, n_s + n_e) about the base origin."""
+        robot = self.tree.robot
+        if frame not in robot.frames:
+            return self.twists_of_link(frame)
+        on = robot.frames[frame]
+        body = self.tree.tree.body_index(on.link)
+        origin = self.tree.pose(body).point(on.translation)
+        key: Key = ("frame", frame)
+        return Pose(np.eye(3), origin), self.places[body, key]
+
+    def twists_of_link(self, link: str) -> tuple[Pose, Array]:
+        """As `twists`, for the frame of a link."""
+        body = self.tree.tree.body_index(link)
+        origin = self.tree.pose(body).origin
+        return Pose(np.eye(3), origin), self.places[body, ROOT]
+
+    def frame_rotation(self, frame: str) -> Array:
+        """Rotation (3, 3) of a frame in the base frame."""
+        robot = self.tree.robot
+        if frame not in robot.frames:
+            body = self.tree.tree.body_index(frame)
+            return self.tree.pose(body).rotation
+        on = robot.frames[frame]
+        body = self.tree.tree.body_index(on.link)
+        rotation: Array = self.tree.pose(body).rotation @ on.rotation
+        return rotation
+
+
+def build_structure(machine: Machine, tree: PosedTree, elasticity: Elasticity) -> Structure:
+    """The elastic structure of a robot at a state.
+
+    Args:
+        machine: the robot.
+        tree: its tree at the state.
+        elasticity: what of it is elastic.
+
+    Raises:
+        InputError: an element cannot be what is said of it.
+    """
+    joints = virtual_joints(tree, elasticity)
+    places = places_of(tree, joints)
+    equations = equations_of(machine, tree, elasticity, places)
+    names = [joint.name for joint in joints.deformations]
+    size = len(tree.tree.coordinates)
+    sprung = [equation for equation in equations if equation.deformation > 0.0]
+    names += [equation.name for equation in sprung]
+    rows = np.reshape(
+        [equation.row for equation in equations],
+        (len(equations), size + len(joints.deformations)),
+    )
+    return Structure(
+        tree=tree,
+        springs=tuple(names),
+        A_s=rows[:, :size],
+        A_e=np.hstack([rows[:, size:], _deformation_columns(equations, sprung)]),
+        places=_widened(places, len(sprung)),
+    )
+
+
+def _deformation_columns(equations: list[Equation], sprung: list[Equation]) -> Array:
+    """Columns (m, k) of the equations that have a deformation of their own."""
+    columns = np.zeros((len(equations), len(sprung)))
+    for k, equation in enumerate(sprung):
+        row = equations.index(equation)
+        columns[row, k] = -equation.deformation
+    return columns
+
+
+def _widened(places: Places, count: int) -> Places:
+    """Places with more coordinates, which do not move them."""
+    wide: dict[tuple[int, Key], Array] = {}
+    zeros = np.zeros((6, count))
+    for key, twists in places.items():
+        wide[key] = np.hstack([twists, zeros])
+    return wide

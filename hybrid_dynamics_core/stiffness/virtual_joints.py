@@ -1,0 +1,91 @@
+"""Virtual joints: deformations of links and bearings, as twists of all that they carry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from ..description.elasticity import Elasticity
+from ..ground.arrays import Array
+from .held import joint_bearing
+from .link_springs import LinkFlex, link_flex
+from .posed_tree import Pose, PosedTree
+
+
+class Deformation(NamedTuple):
+    """A deformation of unit stiffness.
+
+    Attributes:
+        name: name of its element.
+        twist: (6,) about the base origin, of all that it carries.
+    """
+
+    name: str
+    twist: Array
+
+
+@dataclass(eq=False)
+class VirtualJoints:
+    """The virtual joints of a tree.
+
+    Attributes:
+        deformations: all of them.
+        flexes: springs of each elastic link, by body.
+        of_links: indices of the deformations of each spring of a link, by body.
+        of_joints: indices of the deformations of a joint's bearing, by the body that it carries.
+    """
+
+    deformations: list[Deformation] = field(default_factory=list)
+    flexes: dict[int, LinkFlex] = field(default_factory=dict)
+    of_links: dict[int, list[list[int]]] = field(default_factory=dict)
+    of_joints: dict[int, list[int]] = field(default_factory=dict)
+
+    def add(self, name: str, twists: Array) -> list[int]:
+        """Add deformations (6, k); their indices are returned."""
+        first = len(self.deformations)
+        for twist in twists.T:
+            self.deformations.append(Deformation(name, twist))
+        return list(range(first, len(self.deformations)))
+
+
+def virtual_joints(tree: PosedTree, elasticity: Elasticity) -> VirtualJoints:
+    """The virtual joints of a robot at a state.
+
+    Args:
+        tree: its tree at the state.
+        elasticity: what of it is elastic.
+
+    Raises:
+        InputError: a beam or bearing cannot be what is said of it.
+    """
+    joints = VirtualJoints()
+    for name in elasticity.links:
+        _add_link(joints, tree, name, elasticity)
+    for body, link in enumerate(tree.tree.bodies):
+        bearing = elasticity.pins.get(link.joint)
+        if bearing is None:
+            continue
+        freedom = "z"
+        if link.is_revolute:
+            freedom = "Z"
+        local = joint_bearing(link.joint, freedom, bearing, tree.length)
+        twists = tree.joint_pose(body).twists(local)
+        joints.of_joints[body] = joints.add(f"pins.{link.joint}", twists)
+    return joints
+
+
+def _add_link(joints: VirtualJoints, tree: PosedTree, name: str, elasticity: Elasticity) -> None:
+    """Add the springs of an elastic link."""
+    link = elasticity.link(name)
+    if link is None:
+        return
+    body = tree.tree.body_index(name)
+    flex = link_flex(tree.robot, name, link)
+    pose = tree.pose(body)
+    indices: list[list[int]] = []
+    for spring in flex.springs:
+        at = Pose(pose.rotation, pose.point(spring.point))
+        twists = at.twists(spring.deformations)
+        indices.append(joints.add(f"links.{name}", twists))
+    joints.flexes[body] = flex
+    joints.of_links[body] = indices
