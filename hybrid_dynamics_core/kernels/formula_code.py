@@ -80,7 +80,7 @@ def _digest_of(places: Sequence[str]) -> str:
     """Digest of the bytecode; it takes 0.2 s, so it is cached by a digest of the bytes."""
     paths = [path for place in places for path in _files(place)]
     texts = {path.relative_to(_ROOT).as_posix(): path.read_bytes() for path in paths}
-    names = [part.encode() for part in ("code", platform.python_version(), *texts)]
+    names = [part.encode() for part in ("bytecode", platform.python_version(), *texts)]
     key = _hash([*names, *texts.values()])
     entry = cache.read(key)
     if entry is None:

@@ -88,3 +88,16 @@ def test_a_robot_of_another_structure_says_so_and_has_code_of_its_own() -> None:
 def test_a_number_given_twice_is_refused() -> None:
     with pytest.raises(InputError, match="boom: given twice"):
         load("excavator").with_parameters({"boom": 5.7}, boom=5.9)
+
+
+def test_terms_that_cancel_leave_zero() -> None:
+    """With two live lengths, products of the reactions cancel, whose sum has no terms then."""
+    robot = load("forging_chu2020")
+    pins = []
+    for length in (0.7, 0.71):
+        other = robot.with_parameters(L2=length, L3=0.81)
+        state = other.close(other.reference)
+        pins.append(other.reactions(state, np.zeros(4)).pins["theta_1"].force)
+    alone = load("forging_chu2020", parameters={"L2": 0.71, "L3": 0.81})
+    expected = alone.reactions(alone.close(alone.reference), np.zeros(4)).pins["theta_1"].force
+    assert np.allclose(pins[1], expected, rtol=1e-9)

@@ -126,9 +126,11 @@ class _Writer:
     def _sum(self, atom: int) -> Operand:
         """A sum that begins with a positive term, which saves a change of sign.
 
-        Where there is none, the sum is written with the other sign.
+        Where there is none, the sum is written with the other sign. Without terms it is zero.
         """
         terms = [(self._sign(sign, factors), factors) for sign, factors in self._shared.terms[atom]]
+        if not terms:
+            return 0.0
         positive = [k for k, (sign, _) in enumerate(terms) if sign > 0]
         first = 0
         if positive:
