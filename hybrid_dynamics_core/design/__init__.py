@@ -4,8 +4,9 @@ from .cycle import Cycle, Duty
 from .cylinders import BORES, Bore, size_bores
 from .four_bar import Dyad, FourBar, burmester, centre, freudenstein, through_poses
 from .problem import Design
-from .quantity import Quantity
+from .quantity import Quantity, joined
 from .solution import DesignResult
+from .solvers import Method
 
 __all__ = [
     "BORES",
@@ -16,10 +17,12 @@ __all__ = [
     "Duty",
     "Dyad",
     "FourBar",
+    "Method",
     "Quantity",
     "burmester",
     "centre",
     "freudenstein",
+    "joined",
     "size_bores",
     "through_poses",
 ]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..description.effects import Payload
 from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array
@@ -55,6 +56,7 @@ class Cycle:
         reference: Mapping[str, float],
         robot: Robot,
         parameters: Array,
+        driven: RobotFamily | None = None,
     ) -> None:
         """Store the arguments; what is asked for is computed then.
 
@@ -64,8 +66,10 @@ class Cycle:
             reference: coordinates where a point names none.
             robot: the robot that the design starts from.
             parameters: values of the variables (k,).
+            driven: the same family in active coordinates, where points name others.
         """
         self._family = family
+        self._driven = driven or family
         self._duty = tuple(duty)
         self._robot = robot
         self._active = robot.active
@@ -101,8 +105,56 @@ class Cycle:
         return _result(self._closed, "s")[:, self._index(name)]
 
     def distance(self) -> Quantity:
-        """Distance of each loop to a singularity (points, loops)."""
-        return _result(self._closed, "distances")
+        """Distance of each loop to a singularity, as the drives close it (points, loops)."""
+        u = self._active_places
+        result = self._driven.close(u.value, self._parameters)
+        return _along(result, "distances", u)
+
+    def pin_force(self, name: str) -> Quantity:
+        """Force in the cut pin of a loop or closure (points,) [N].
+
+        Raises:
+            InputError: there is no such pin, or points that name other than the active coordinates
+                move.
+        """
+        pins = [closure.name for closure in self._robot.description.closures]
+        if name not in pins:
+            raise InputError(no_such_name("pin", name, pins))
+        is_active = self._active == self._family.coordinates
+        if not is_active and (self._du.any() or self._ddu.any()):
+            raise InputError(
+                f"forces in the pin {name} are of points at rest, or of points that name the active"
+                f" coordinates: {', '.join(self._active)}"
+            )
+        u = self._active_places
+        forces = Quantity(
+            np.zeros((len(self._u), 3)), np.zeros((len(self._u), 3, u.slope.shape[-1]))
+        )
+        for loads, rows in self._rows_by_loads():
+            moving = (self._du[rows], self._ddu[rows])
+            result = self._driven.reactions(u.value[rows], self._parameters, *moving, loads)
+            along = _along(result, "pin_forces", u[rows])[:, pins.index(name)]
+            forces.value[rows] = along.value
+            forces.slope[rows] = along.slope
+        return (forces * forces).over(1).sqrt()
+
+    def lifted(self, name: str) -> Quantity:
+        """Mass that the limits of a drive leave room for at the end effector (points,) [kg].
+
+        It is beyond the loads of each point, moves with it, and has its centre in the frame's
+        origin. It is negative where the drive is beyond its limits without it.
+
+        Raises:
+            InputError: the drive has no limits on both sides.
+        """
+        effort = self.effort(name)
+        lower, upper = self._robot.effort_ranges[name]
+        if math.isinf(lower) or math.isinf(upper):
+            raise InputError(f"{name} has no limits of its effort on both sides")
+        more = self._efforts_with(Payload(1.0))[:, self._active.index(name)]
+        slope = more - effort  # of the effort by the mass
+        limit = np.where(slope.value > 0.0, upper, lower)
+        return (effort - limit) / (-slope)
 
     def position(self, frame: str | None = None) -> Quantity:
         """Place of a frame (points, 3) [m]; of the end effector if None."""
@@ -153,12 +205,27 @@ class Cycle:
         return self._family.close(self._u, self._parameters, _BY)
 
     @lazy
+    def _active_places(self) -> Quantity:
+        """Active coordinates (points, n)."""
+        if self._active == self._family.coordinates:
+            count = len(self._parameters)
+            return Quantity(self._u, np.zeros((*self._u.shape, count)))
+        places = [self._index(name) for name in self._active]
+        return _result(self._closed, "s")[:, places]
+
+    @lazy
     def _efforts(self) -> Quantity:
         """Efforts of the active joints (points, n)."""
+        return self._efforts_with(None)
+
+    def _efforts_with(self, payload: Payload | None) -> Quantity:
+        """The same with one more body at the end effector."""
         values = np.empty_like(self._u)
         count = len(self._parameters)
         slopes = np.empty((*values.shape, count))
         for loads, rows in self._rows_by_loads():
+            if payload is not None:
+                loads = (loads or self._robot.loads).with_payload(payload)  # noqa: PLW2901
             result = self._family.inverse_dynamics(
                 self._u[rows],
                 self._parameters,
@@ -199,3 +266,10 @@ class Cycle:
 
 def _result(result: FamilyResult, name: str) -> Quantity:
     return Quantity(result.values[name], result.by_parameters[name])
+
+
+def _along(result: FamilyResult, name: str, u: Quantity) -> Quantity:
+    """A result at active coordinates (N, n) that change with the variables."""
+    by_u = result.by_u[name]
+    moved = np.einsum("n...j,njk->n...k", by_u, u.slope)
+    return Quantity(result.values[name], result.by_parameters[name] + moved)

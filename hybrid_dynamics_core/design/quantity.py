@@ -85,6 +85,10 @@ class Quantity:
         slope = self._flat().sum(axis=0)
         return Quantity(self.value.sum(), slope)
 
+    def over(self, axis: int) -> Quantity:
+        """Sums along an axis of the entries."""
+        return Quantity(self.value.sum(axis=axis), self.slope.sum(axis=axis))
+
     def mean(self) -> Quantity:
         """Mean of all entries."""
         return self.sum() * (1.0 / self.value.size)
@@ -106,6 +110,14 @@ class Quantity:
         """The slope (entries, k)."""
         count = self.slope.shape[-1]
         return self.slope.reshape(-1, count)
+
+
+def joined(*parts: Quantity) -> Quantity:
+    """The entries of quantities of one unit, one after the other (entries,)."""
+    values = [part.value.reshape(-1) for part in parts]
+    count = parts[0].slope.shape[-1]
+    slopes = [part.slope.reshape(-1, count) for part in parts]
+    return Quantity(np.concatenate(values), np.concatenate(slopes))
 
 
 def solved(matrix: Quantity, rhs: Quantity) -> Quantity:

@@ -4,40 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from ..ground.arrays import Array
 from ..robot.robot import Robot
+from .program import OBJECTIVE, SLACK, Evaluation, Program, Run
 
 _AT_LIMIT = 1e-5  # of a scaled constraint
-
-
-@dataclass(frozen=True, eq=False)
-class Evaluation:
-    """A function of the variables at some values.
-
-    Attributes:
-        kind: "objective", "ineq" or "eq".
-        value: its entries (m,).
-        slope: their derivatives (m, k).
-        scale: size of its entries.
-    """
-
-    kind: str
-    value: Array
-    slope: Array
-    scale: float = 1.0
-
-    @property
-    def violation(self) -> float:
-        """By how much the constraint does not hold."""
-        if self.kind == "objective":
-            return 0.0
-        apart = np.abs(self.value) if self.kind == "eq" else -self.value
-        return float(max(apart.max(initial=0.0), 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +25,7 @@ class DesignResult:
         objective: value of the objective.
         feasible: whether all constraints hold.
         active: names of the constraints and bounds that hold as equations.
+        at_limit: by name of an active one, the entries that do, such as points of duty.
         sensitivities: by name of an active one, how much the objective falls per unit by which it
             is relaxed.
         constraints: least value of each constraint, by name.
@@ -61,6 +38,7 @@ class DesignResult:
     objective: float
     feasible: bool
     active: tuple[str, ...]
+    at_limit: Mapping[str, tuple[int, ...]]
     sensitivities: Mapping[str, float]
     constraints: Mapping[str, float]
     objectives: tuple[float, ...]
@@ -69,41 +47,35 @@ class DesignResult:
 
 
 def result_of(
-    robot: Robot,
-    names: Sequence[str],
-    evaluations: Mapping[str, Evaluation],
-    runs: Sequence[Any],
-    slack: float,
+    robot: Robot, names: tuple[str, ...], program: Program, runs: Sequence[Run]
 ) -> DesignResult:
     """The result of the best of all runs.
 
     Args:
         robot: the robot that the design started from.
         names: names of the variables.
-        evaluations: all functions and bounds at the best values.
+        program: its functions.
         runs: all runs.
-        slack: violation of scaled constraints that counts as none.
     """
-    best = min(runs, key=lambda run: (run.violation > slack, run.objective))
+    best = min(runs, key=lambda run: run.order)
+    evaluations = program.evaluations(names, best.values)
     values = dict(zip(names, best.values.tolist(), strict=True))
     constraints: dict[str, float] = {}
-    slopes: dict[str, Array] = {}
+    at_limit: dict[str, tuple[int, ...]] = {}
     for name, evaluation in evaluations.items():
-        if evaluation.kind == "objective":
+        if evaluation.kind == OBJECTIVE:
             continue
-        place = int(np.argmin(evaluation.value))
-        constraints[name] = float(evaluation.value[place])
-        limit = _AT_LIMIT * evaluation.scale
-        if evaluation.kind == "eq" or evaluation.value[place] <= limit:
-            slopes[name] = evaluation.slope[place]
-    objective = evaluations["objective"].slope[0]
-    equal = [k for k, name in enumerate(slopes) if evaluations[name].kind == "eq"]
+        constraints[name] = float(evaluation.value.min())
+        entries = _at_limit(evaluation)
+        if entries:
+            at_limit[name] = entries
     return DesignResult(
         values=MappingProxyType(values),
         objective=best.objective,
-        feasible=best.violation <= slack,
-        active=tuple(slopes),
-        sensitivities=MappingProxyType(_multipliers(objective, slopes, equal)),
+        feasible=best.violation <= SLACK,
+        active=tuple(at_limit),
+        at_limit=MappingProxyType(at_limit),
+        sensitivities=MappingProxyType(_multipliers(evaluations, at_limit)),
         constraints=MappingProxyType(constraints),
         objectives=tuple(run.objective for run in runs),
         robot=robot.with_parameters(values),
@@ -111,27 +83,46 @@ def result_of(
     )
 
 
-def _multipliers(
-    objective: Array, slopes: Mapping[str, Array], equal: list[int]
-) -> dict[str, float]:
-    """The multipliers with which the slopes of active constraints give that of the objective.
+def _at_limit(evaluation: Evaluation) -> tuple[int, ...]:
+    """The entries of a constraint that hold as equations."""
+    limit = _AT_LIMIT * evaluation.scale
+    if evaluation.kind == "eq":
+        limit = np.inf
+    return tuple(np.flatnonzero(evaluation.value <= limit).tolist())
 
-    Those of inequalities are not negative.
+
+def _multipliers(
+    evaluations: Mapping[str, Evaluation], at_limit: Mapping[str, tuple[int, ...]]
+) -> dict[str, float]:
+    """How much the objective falls per unit by which each active constraint is relaxed.
+
+    The multipliers give the slope of the objective from those of the active entries; those of
+    inequalities are not negative. Entries of one constraint are relaxed together.
 
     Args:
-        objective: slope of the objective (k,).
-        slopes: slopes of the active constraints by name, (k,) each.
-        equal: places of the equalities among them.
+        evaluations: all functions and bounds.
+        at_limit: entries that hold as equations, by name.
     """
     from scipy.optimize import nnls  # noqa: PLC0415  slow to import
 
+    slopes: list[Array] = []
+    owners: list[str] = []
+    signs: list[float] = []
+    for name, entries in at_limit.items():
+        evaluation = evaluations[name]
+        directions = (1.0, -1.0) if evaluation.kind == "eq" else (1.0,)
+        for entry, sign in product(entries, directions):
+            slopes.append(sign * evaluation.slope[entry])
+            owners.append(name)
+            signs.append(sign)
     if not slopes:
         return {}
-    matrix = np.array(list(slopes.values())).T
+    matrix = np.array(slopes).T
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
-    both = np.hstack([matrix / sizes, -matrix[:, equal] / sizes[equal]])
-    factors, _ = nnls(both, objective)
-    signed = factors[: len(slopes)]
-    signed[equal] -= factors[len(slopes) :]
-    return dict(zip(slopes, (signed / sizes).tolist(), strict=True))
+    objective = evaluations[OBJECTIVE].slope[0]
+    factors, _ = nnls(matrix / sizes, objective)
+    multipliers = dict.fromkeys(at_limit, 0.0)
+    for name, sign, factor in zip(owners, signs, factors / sizes, strict=True):
+        multipliers[name] += sign * float(factor)
+    return multipliers

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import InputError, Robot, load
-from hybrid_dynamics_core.design import Cycle, Design, Duty, FourBar, Quantity, size_bores
+from hybrid_dynamics_core.design import Cycle, Design, Duty, FourBar, Quantity, joined, size_bores
 from hybrid_dynamics_core.dynamics.hydraulics import chamber_pressures
 from hybrid_dynamics_core.kernels.run import VARIABLE
 
@@ -58,6 +58,8 @@ def extended(cycle: Cycle) -> Quantity:
         lambda cycle: force(cycle).max() * 2.0 / abs(-cycle.distance().min()),
         lambda cycle: (1.0 - cycle.position()[:, 2] ** 2).sum() * cycle.variable(next(iter(PINS))),
         lambda cycle: 1.0 / retracted(cycle).mean() - cycle.mass(),
+        lambda cycle: cycle.pin_force("boom_loop").mean() * 1e-5 + cycle.distance().sum(),
+        lambda cycle: joined(cycle.lifted("boom_cylinder"), cycle.lifted("stick_cylinder")).min(),
         lambda cycle: (
             cycle.pressure("boom_cylinder").max() * 1e-6 + cycle.margin("boom_cylinder").min()
         ),
@@ -100,6 +102,36 @@ def test_pressures_and_margins_are_those_of_the_robot(boom: Design) -> None:
         cycle.pressure("slew")
 
 
+def test_distances_pins_and_lifted_masses_are_those_of_the_robot(boom: Design) -> None:
+    robot = load("excavator")
+    cycle = boom.cycle()
+    others = {"slew": 0.0, "stick_cylinder": 0.7, "bucket_cylinder": 0.6}
+    for k, point in enumerate(SWING):
+        state = robot.close(robot.close_given({**others, **point.at}).u)
+        assert np.allclose(cycle.distance().value[k], state.distances, rtol=1e-9)
+        pin = robot.reactions(state, np.zeros(4)).pins["stick_loop"]
+        force_there = cycle.pin_force("stick_loop").value[k]
+        assert force_there == pytest.approx(np.linalg.norm(pin.force), rel=1e-9)
+        masses = [cycle.lifted(name).value[k] for name in ("boom_cylinder", "stick_cylinder")]
+        largest = robot.capability(state).lifted_mass()
+        if largest.limited_by[0] in ("boom_cylinder", "stick_cylinder"):
+            assert min(masses) == pytest.approx(largest.value, rel=1e-6)
+    with pytest.raises(InputError, match="there is no pin 'slew'"):
+        cycle.pin_force("slew")
+
+
+def test_forces_in_pins_of_moving_points_need_active_coordinates() -> None:
+    robot = load("excavator")
+    moving = [Duty({"boom_pitch": 0.1}, rates={"boom_pitch": 0.2})]
+    with pytest.raises(InputError, match="are of points at rest"):
+        Design(robot, PINS, moving, given=GIVEN).cycle().pin_force("boom_loop")
+    active = [Duty({"boom_cylinder": 0.7}, rates={"boom_cylinder": 0.2})]
+    cycle = Design(robot, PINS, active).cycle()
+    state = robot.close([0.0, 0.7, 0.7, 0.6], [0.0, 0.2, 0.0, 0.0])
+    pin = robot.reactions(state, np.zeros(4)).pins["boom_loop"]
+    assert cycle.pin_force("boom_loop").value[0] == pytest.approx(np.linalg.norm(pin.force))
+
+
 def test_a_cylinder_is_placed_so_that_its_force_is_level(boom: Design) -> None:
     limits = {"retracted": retracted, "extended": extended}
     result = boom.minimise(spread, limits, starts=2)
@@ -135,6 +167,38 @@ def test_both_solvers_agree(boom: Design) -> None:
     second = boom.minimise(spread, limits, method="trust-constr")
     assert second.feasible
     assert second.objective == pytest.approx(first.objective, rel=0.05)
+
+
+def test_ipopt_agrees(boom: Design) -> None:
+    pytest.importorskip("casadi")
+    limits = {"retracted": retracted, "extended": extended}
+    first = boom.minimise(spread, limits)
+    second = boom.minimise(spread, limits, method="ipopt")
+    assert second.feasible
+    assert second.objective == pytest.approx(first.objective, rel=0.01)
+
+
+def test_the_largest_force_is_made_least(boom: Design) -> None:
+    """No further step lowers it: several points of duty meet the bound, or limits are met."""
+    limits = {"retracted": retracted, "extended": extended}
+    largest = boom.minimise_largest(force, limits)
+    assert largest.feasible
+    assert largest.objective == pytest.approx(
+        float(force(boom.cycle(list(largest.values.values()))).value.max())
+    )
+    by_mean = boom.minimise(lambda cycle: force(cycle).mean(), limits)
+    values = list(by_mean.values.values())
+    assert largest.objective <= float(force(boom.cycle(values)).value.max()) * (1.0 + 1e-6)
+    assert largest.sensitivities["largest"] == pytest.approx(1.0, abs=1e-6)
+    assert largest.at_limit["largest"]
+    rng = np.random.default_rng(0)
+    best = np.array(list(largest.values.values()))
+    for _ in range(30):
+        near = np.clip(best + rng.normal(size=3) * 1e-3, boom.lower, boom.upper)
+        cycle = boom.cycle(near)
+        is_within = min(retracted(cycle).value.min(), extended(cycle).value.min()) >= 0.0
+        if is_within:
+            assert force(cycle).value.max() >= largest.objective * (1.0 - 1e-7)
 
 
 def test_chebyshevs_proportions_are_found() -> None:
@@ -188,6 +252,8 @@ def test_wrong_designs_get_one_line(boom: Design) -> None:
         boom.minimise(force)
     with pytest.raises(InputError, match="expected a Quantity"):
         boom.minimise(lambda cycle: float(cycle.mass().value))
+    with pytest.raises(InputError, match="there is no method 'newton'"):
+        boom.minimise(spread, method="newton")
     with pytest.raises(InputError, match="starts is 0"):
         boom.minimise(spread, starts=0)
     with pytest.raises(InputError, match="there is no active joint 'boom_pitch'"):

@@ -23,6 +23,7 @@ PRINTS = {  # the script, and what its output has to say
     "staicu_path": "leg F: travels",
     "identify_from_bag": "base parameters are within their 95 % intervals",
     "boom_cylinder_design": "the force is off its mean by",
+    "forging_redesign": "largest force of q22: 5578 N before",
     "mpc_batch": "plan, full model",
     "excavator_mpc": "off the goal at the end",
     "weighing_bucket": "with an empty run:",
@@ -135,6 +136,19 @@ def test_the_designed_cylinder_is_level_within_its_stroke_and_pressure() -> None
     name = "loops.boom_loop.pin.boom[0]"
     pin = result.robot.description.closures[0]
     assert result.values[name] in (*pin.point_a, *pin.point_b)
+
+
+def test_the_forging_robots_new_pins_take_less_force_within_their_strokes() -> None:
+    example = run("forging_redesign")
+    design = example["problem"](points=6)
+    result = example["solve"](design)
+    assert result.feasible
+    cycle = design.cycle(list(result.values.values()))
+    before, after = (example["largest_forces"](one) for one in (design.cycle(), cycle))
+    assert max(np.divide(after, before)) == pytest.approx(result.objective, rel=1e-6)
+    assert result.objective < 0.65
+    assert example["strokes"](cycle).value.min() > -1e-6
+    assert np.allclose(cycle.position().value, design.cycle().position().value, atol=1e-9)
 
 
 def test_excavator_pressures_are_positive_and_below_the_supply() -> None:
