@@ -14,7 +14,7 @@ import numpy as np
 
 from ..ground.arrays import Array
 from ..identification.outliers import robust_deviation
-from .fit import Fitted, Fitter, Mask
+from .fit import SETTLED, Fitted, Fitter, Mask
 
 Loss = Literal["reject", "huber", "linear"]
 LOSSES = ("reject", "huber", "linear")
@@ -60,7 +60,7 @@ def without_outliers(fitter: Fitter, fitted: Fitted, owners: Array, loss: Loss) 
     if not outliers_of(fitter, narrowed, owners):
         return fitted
     if loss == "huber":
-        return _robust(fitter, narrowed, _huber_weights)
+        return _settled_robust(fitter, narrowed)
     robust = _robust(fitter, narrowed, _cauchy_weights)
     excluded = _excluded(fitter, robust, owners)
     for _ in range(ROUNDS):
@@ -140,6 +140,31 @@ def _narrowed(fitter: Fitter, fitted: Fitted) -> Fitted:
         chance = DOUBT * MEDIAN / np.sqrt(len(measured))
         if scatter < max(SURELY, 1.0 - chance):
             deviations[k] *= scatter
+    return fitter.with_noise(fitted, noise.with_deviations(deviations))
+
+
+def _settled_robust(fitter: Fitter, fitted: Fitted) -> Fitted:
+    """Huber's fit, with deviations by medians of its own residuals where none are given."""
+    for _ in range(ROUNDS):
+        robust = _robust(fitter, fitted, _huber_weights)
+        fitted = _with_medians(fitter, robust)
+        change = np.abs(fitted.noise.deviations / robust.noise.deviations - 1.0)
+        if change.max() < SETTLED:
+            break
+    return fitted
+
+
+def _with_medians(fitter: Fitter, fitted: Fitted) -> Fitted:
+    """The fit with deviations by medians of its residuals; given ones stay."""
+    noise = fitted.noise
+    sizes = studentised_sizes(fitter, fitted)
+    counts = _base_weights(fitter) > 0.0
+    deviations = noise.deviations.copy()
+    for k in range(len(noise.names)):
+        mine = noise.groups == k
+        measured = sizes[:, mine][counts[:, mine]]
+        if len(measured):
+            deviations[k] *= float(robust_deviation(measured))
     return fitter.with_noise(fitted, noise.with_deviations(deviations))
 
 

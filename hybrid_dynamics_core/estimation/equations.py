@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from .unknowns import (
     friction_deviations,
     link_deviations,
     parameters_of,
+    share_deviations,
 )
 
 LENGTH = 0.5  # [s] of a block
@@ -27,6 +28,8 @@ LEAST_BLOCKS = 12  # of a run; short runs have shorter blocks
 MOST_BLOCKS = 240  # of a run; long runs have longer blocks
 LEAST_RATE = 1e-6  # [rad/s, m/s] of a drive that rests, since viscous friction is effort over rate
 RESTING = 0.5  # share of friction that a block leaves open, above which a drive rests
+TURNING = 0.02  # share above which a drive stops or turns within a block
+SLOW = 0.05  # of a drive's mean rate: width around zero in which its friction is open
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,7 @@ class Equations:
     There are N samples, k drives and p unknowns.
 
     Attributes:
-        matrix: (N, k, p) change of each effort with each unknown.
+        matrix: (N, k, p) change of each effort with each unknown, the last k shares of friction.
         target: (N, k) measured efforts less those of the model [N m, N].
         required: (N, k) efforts of the model without load [N m, N].
         at_rest: (N, k) share of Coulomb friction that is open: 1 at rest, 0 in motion.
@@ -124,6 +127,7 @@ class Modelling:
         self.drives = run.drives
         self.frame = LoadFrame(robot.description, frame)
         self.parameters = parameters_of(robot, run.drives)
+        self._indices = [robot.coordinates.index(name) for name in run.drives]
         self.values = self.parameters.values(robot.description, loads.effects)
 
     def unknowns(self, runs: list[MeasuredRun], load: Array) -> Unknowns:
@@ -136,8 +140,7 @@ class Modelling:
             load: (10,) deviations of the load's parameters [kg, kg m, kg m^2].
         """
         efforts = np.concatenate([run.efforts for run in runs])
-        indices = [self.robot.coordinates.index(name) for name in self.drives]
-        rates = np.concatenate([run.state.ds[:, indices] for run in runs])
+        rates = np.concatenate([run.state.ds[:, self._indices] for run in runs])
         effort = np.sqrt(np.mean(efforts**2, axis=0))
         rate = np.sqrt(np.mean(rates**2, axis=0))
         sizes = np.stack([effort, np.maximum(rate, LEAST_RATE)], axis=1)
@@ -145,21 +148,26 @@ class Modelling:
         friction = friction_deviations(self.robot, self.parameters, sizes, self.drives, self.limits)
         offsets = self.limits.offset * effort
         scales = np.full(len(self.drives), self.limits.scale)
+        shares = share_deviations(self.robot, self.drives, self.limits)
         names = [*LOAD, *self.parameters.names]
-        names += [f"{name}.offset" for name in self.drives]
-        names += [f"{name}.scale" for name in self.drives]
-        parts = (load, links, friction, offsets, scales)
+        for kind in ("offset", "scale", "share"):
+            names += [f"{name}.{kind}" for name in self.drives]
+        parts = (load, links, friction, offsets, scales, shares)
         return Unknowns(tuple(names), np.concatenate(parts))
 
-    def holding_friction(self, unknowns: Unknowns) -> Array:
-        """Largest Coulomb friction (k,) that may hold each drive at rest [N m, N]."""
+    def holding_friction(self, unknowns: Unknowns, size: Array) -> Array:
+        """Largest dry friction (k,) that may hold each drive at rest [N m, N].
+
+        Args:
+            unknowns: the unknowns, with their deviations.
+            size: (k,) mean effort of each drive [N m, N].
+        """
         largest: list[float] = []
-        names = self.parameters.names
-        for drive in self.drives:
-            k = names.index(f"{drive}.coulomb")
-            value = float(self.values[k])
-            deviation = float(unknowns.deviation[INERTIAL + k])  # after those of the load
-            largest.append(value + deviation)
+        for drive, effort in zip(self.drives, size.tolist(), strict=True):
+            k = self.parameters.names.index(f"{drive}.coulomb")
+            share = float(unknowns.deviation[unknowns.names.index(f"{drive}.share")])
+            deviation = float(unknowns.deviation[INERTIAL + k])
+            largest.append(float(self.values[k]) + deviation + share * effort)
         return np.array(largest)
 
     def equations(self, run: MeasuredRun, *, loaded: bool) -> Equations:
@@ -180,22 +188,66 @@ class Modelling:
             # the load changes efforts as the parameters of its link do
             first = INERTIAL * self.parameters.links.index(self.frame.link)
             load = along[..., first : first + INERTIAL] @ self.frame.to_link
-        offsets = np.broadcast_to(np.eye(k), (len(model), k, k))
-        scales = offsets * run.efforts[:, :, None]
-        matrix = np.concatenate([load, along, offsets, scales], axis=2)
+        rates = run.state.ds[:, self._indices]
+        sensed = drive_columns(run.efforts, self._signs(rates), np.zeros(k))
+        matrix = np.concatenate([load, along, sensed], axis=2)
         return Equations(
             matrix=matrix,
             target=run.efforts - model,
             required=model,
-            at_rest=self._standstill(run),
+            at_rest=self._standstill(rates),
         )
 
-    def _standstill(self, run: MeasuredRun) -> Array:
-        """Share (N, k) of Coulomb friction that is open: what its smoothed sign lacks to 1."""
-        indices = [self.robot.coordinates.index(name) for name in self.drives]
-        rates = run.state.ds[:, indices]
-        smoothing = self.loads.effects.smoothing[indices]
-        return np.asarray(1.0 - np.abs(rates) / np.hypot(rates, smoothing))
+    def with_shares(self, blocks: Blocks, run: MeasuredRun, shares: Array) -> Blocks:
+        """The blocks of a run at estimated shares (k,) of friction."""
+        signs = self._signs(run.state.ds[:, self._indices])
+        column = blocks.means(share_column(run.efforts, signs, shares))
+        matrix = blocks.matrix.copy()
+        matrix[..., -len(shares) :] = np.eye(len(shares)) * column[..., None]
+        return replace(blocks, matrix=matrix)
+
+    def _signs(self, rates: Array) -> Array:
+        """Smoothed signs (N, k) of rates (N, k)."""
+        return rates / np.hypot(rates, self.loads.effects.smoothing[self._indices])
+
+    def _standstill(self, rates: Array) -> Array:
+        """Share (N, k) of friction that is open at rates (N, k): what a smoothed sign lacks to 1.
+
+        Near standstill no law of friction is exact, nor is the sign of a measured rate.
+        """
+        usual = np.sqrt(np.mean(rates**2, axis=0))
+        width = np.maximum(self.loads.effects.smoothing[self._indices], SLOW * usual)
+        return np.asarray(1.0 - np.abs(rates) / np.hypot(rates, width))
+
+
+def drive_columns(efforts: Array, signs: Array, shares: Array) -> Array:
+    """Change (N, k, 3 k) of k efforts with offsets, scales, and shares of friction.
+
+    Args:
+        efforts: (N, k) measured efforts [N m, N].
+        signs: (N, k) signs of the rates.
+        shares: (k,) estimated shares of friction.
+    """
+    k = efforts.shape[1]
+    offsets = np.broadcast_to(np.eye(k), (len(efforts), k, k))
+    scales = offsets * efforts[:, :, None]
+    friction = offsets * share_column(efforts, signs, shares)[:, :, None]
+    return np.concatenate([offsets, scales, friction], axis=2)
+
+
+def share_column(efforts: Array, signs: Array, shares: Array) -> Array:
+    """Forces (N, k) that friction is a share of, against the motion [N m, N].
+
+    Friction is a share of the size of the force without friction. That force F gives the measured
+    effort F + share |F| sign(rate).
+
+    Args:
+        efforts: (N, k) measured efforts [N m, N].
+        signs: (N, k) signs of the rates.
+        shares: (k,) estimated shares.
+    """
+    with_friction = 1.0 + shares * signs * np.sign(efforts)
+    return np.asarray(np.abs(efforts) / with_friction * signs)
 
 
 def to_drives(robot: Robot, state: ClosedState, drives: tuple[str, ...]) -> Array:
@@ -217,29 +269,31 @@ def to_drives(robot: Robot, state: ClosedState, drives: tuple[str, ...]) -> Arra
 
 
 def standstill_columns(blocks: Blocks, friction: Array) -> tuple[Array, Array]:
-    """An unknown friction for each stretch of time in which a drive rests.
+    """An unknown friction for each stretch in which a drive rests, or block in which it turns.
 
     Args:
         blocks: blocks of a run.
         friction: (k,) largest friction of each drive at rest [N m, N].
 
     Returns:
-        Columns (B, k, r) for r such stretches, and their deviations (r,) [N m, N].
+        Columns (B, k, r) for r such frictions, and their deviations (r,) [N m, N].
     """
-    count, k = blocks.at_rest.shape
+    count, drives = blocks.at_rest.shape
     columns: list[Array] = []
     deviations: list[float] = []
-    for drive in range(k):
+    for drive in range(drives):
         rests = blocks.at_rest[:, drive] > RESTING
         # moving before and after: each stretch has a start and an end
         padded = np.concatenate([[0], rests.astype(int), [0]])
         changes = np.flatnonzero(np.diff(padded))
-        for start, end in changes.reshape(-1, 2).tolist():
-            column = np.zeros((count, k))
+        turns = np.flatnonzero(~rests & (blocks.at_rest[:, drive] > TURNING))
+        stretches = [*changes.reshape(-1, 2).tolist(), *((k, k + 1) for k in turns.tolist())]
+        for start, end in stretches:
+            column = np.zeros((count, drives))
             column[start:end, drive] = blocks.at_rest[start:end, drive]
             columns.append(column)
             # that of a uniform distribution between minus and plus the friction
             deviations.append(float(friction[drive]) / np.sqrt(3.0))
     if not columns:
-        return np.zeros((count, k, 0)), np.zeros(0)
+        return np.zeros((count, drives, 0)), np.zeros(0)
     return np.stack(columns, axis=2), np.array(deviations)

@@ -80,7 +80,7 @@ def fitted(system: System) -> Fit:
         free = np.maximum(count - solution.leverage, 0.0)
         expected = PRIOR_SAMPLES * system.floor**2
         noise = np.sqrt((squares + expected) / (free + PRIOR_SAMPLES))
-        correlation = _correlation(solution.residual, system.run)
+        correlation = _correlation(solution, noise, system.run)
         solution = normal.solved(noise * np.sqrt(correlation))
     degrees = float((free / correlation).sum() + PRIOR_SAMPLES)
     return Fit(solution.values, solution.covariance, noise, solution.residual, max(degrees, 1.0))
@@ -107,6 +107,8 @@ class Solution:
         covariance: (p, p) of the unknowns.
         residual: (B, k) target less the fit [N m, N].
         leverage: (k,) number of equations of each drive that the unknowns use up.
+        shared: (B - 1, k) by how much the unknowns make residuals of neighbours opposite: minus
+            their covariance over the variance of noise, if noise itself has none.
         cost: sum of squares of residuals over noise, and of unknowns over deviations.
     """
 
@@ -114,6 +116,7 @@ class Solution:
     covariance: Array
     residual: Array
     leverage: Array
+    shared: Array
     cost: float
 
 
@@ -124,6 +127,7 @@ class NormalEquations:
         self._system = system
         columns = np.moveaxis(system.matrix * system.deviation, 1, 0)  # (k, B, p)
         gap = (system.target - system.matrix @ system.mean).T
+        self._columns = columns
         self._gram = np.swapaxes(columns, 1, 2) @ columns
         self._right = np.einsum("kbp,kb->kp", columns, gap)
 
@@ -140,22 +144,31 @@ class NormalEquations:
         values = system.mean + system.deviation * z
         residual = system.target - system.matrix @ values
         leverage = weights * np.einsum("kpq,qp->k", self._gram, inverse)
+        mapped = self._columns @ inverse
+        products = (mapped[:, 1:] * self._columns[:, :-1]).sum(axis=2)
+        shared = (weights[:, None] * products).T
         cost = float(np.square(residual / noise).sum() + z @ z)
         covariance = inverse * np.outer(system.deviation, system.deviation)
-        return Solution(values, covariance, residual, leverage, cost)
+        return Solution(values, covariance, residual, leverage, shared, cost)
 
 
-def _correlation(residual: Array, run: Array) -> Array:
+def _correlation(solution: Solution, noise: Array, run: Array) -> Array:
     """By how much the correlation of neighbours increases the variance of a mean (k,).
 
+    Unknowns that take up much of the noise leave residuals with opposite neighbours. What they do
+    by themselves is taken out.
+
     Args:
-        residual: (B, k) target less the fit [N m, N].
+        solution: the fit.
+        noise: (k,) standard deviation of a block [N m, N].
         run: (B,) number of the run of each block; neighbours are of one run.
     """
+    residual = solution.residual
     is_pair = run[1:] == run[:-1]
     if is_pair.sum() < LEAST_PAIRS:
         return np.ones(residual.shape[1])
-    products = (residual[1:] * residual[:-1])[is_pair].sum(axis=0)
-    squares = np.maximum((residual[1:] ** 2)[is_pair].sum(axis=0), TINY)
+    of_fit = noise**2 * solution.shared[is_pair].sum(axis=0)
+    products = (residual[1:] * residual[:-1])[is_pair].sum(axis=0) + of_fit
+    squares = np.maximum(noise**2 * is_pair.sum(), TINY)
     rho = np.clip(products / squares, *CORRELATED)
     return np.asarray((1.0 + rho) / (1.0 - rho))

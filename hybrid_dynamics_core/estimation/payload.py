@@ -18,7 +18,7 @@ from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arguments import require_type
-from ..ground.check_arrays import real_array
+from .centre import centre_of_mass, place_of
 from .equations import Blocks, Equations, Modelling, standstill_columns
 from .fit import Fit, System, fitted, unfitting
 from .misfit import check_fit, check_place, check_result
@@ -51,7 +51,7 @@ class PayloadEstimate:
         covariance: (4, 4) of mass and centre of mass; NaN where one of them is not shown.
         quality: half the interval as a share of the mass of load and tool: "good" up to 2 %,
             "fair" up to 6 %, "poor" above.
-        friction: estimated Coulomb friction by drive [N m, N].
+        friction: estimated dry friction by drive at its mean effort [N m, N].
         used: share of the samples that show the load.
         span: first and last time that shows the load [s]; (nan, nan) without times.
         noise: mean effort over a block that the fit leaves, by drive [N m, N].
@@ -158,7 +158,7 @@ class _Weighing:
         self.frame = frame
         self.limits = limits
         self.modelling = Modelling(self.runs[0], loads, frame, limits)
-        self.com = None if com is None else _place(com)
+        self.com = None if com is None else place_of(com)
         self.reach = limits.com or SHARE_OF_REACH * self._distance()
         robot = runs[0].robot
         link = robot.description.links[self.modelling.frame.link]
@@ -190,12 +190,27 @@ class _Weighing:
                 chosen = np.flatnonzero(rows)
                 rows = rows.copy()
                 rows[chosen[outlying]] = False
+            self._take_shares(fit)
             mean, deviation = self._around(fit)
             unknowns = self._unknowns_with(deviation)
             system = self._system(unknowns, mean)
             part = system.only(rows)
             fit = fitted(part)
         return self._result(fit, rows)
+
+    def _shares(self, fit: Fit) -> Array:
+        """Estimated shares (k,) of friction, which are the last columns of the blocks."""
+        end = self.blocks[0].matrix.shape[-1]
+        return fit.values[end - len(self.modelling.drives) : end]
+
+    def _take_shares(self, fit: Fit) -> None:
+        """Let the friction that is a share of forces start from the fit before."""
+        shares = self._shares(fit)
+        if not shares.any():
+            return
+        for number, run in enumerate(self.runs):
+            blocks = self.blocks[number]
+            self.blocks[number] = self.modelling.with_shares(blocks, run, shares)
 
     def _around(self, fit: Fit) -> tuple[Array, Array]:
         """Expected parameters (10,) of the load, and deviations (10,), by the fit before.
@@ -230,7 +245,7 @@ class _Weighing:
             unknowns: the p unknowns without these frictions.
             load: (10,) expected parameters of the load [kg, kg m, kg m^2].
         """
-        friction = self.modelling.holding_friction(unknowns)
+        friction = self.modelling.holding_friction(unknowns, self.size)
         rests = [standstill_columns(blocks, friction) for blocks in self.blocks]
         of_rests = [deviation for _, deviation in rests]
         deviation = np.concatenate([unknowns.deviation, *of_rests])
@@ -281,7 +296,7 @@ class _Weighing:
         check_result(self.runs[0], fit.noise, mass, deviation, IMPOSSIBLE)
         quantile = float(stdtrit(fit.free, 0.5 + 0.5 * CONFIDENCE))
         half_interval = quantile * deviation
-        com, covariance = _centre(fit, self.reach)
+        com, covariance = centre_of_mass(fit, self.reach)
         if self.com is None and mass > IMPOSSIBLE * deviation:
             check_place(self.runs[0], com, np.sqrt(np.diagonal(covariance)[1:]), self.reach)
         if self.com is not None:
@@ -292,10 +307,11 @@ class _Weighing:
         used = rows[: len(samples)]
         names = self.modelling.parameters.names
         friction = {}
-        for drive in self.modelling.drives:
+        sizes = self._shares(fit) * self.size
+        for drive, size in zip(self.modelling.drives, sizes.tolist(), strict=True):
             k = names.index(f"{drive}.coulomb")
             change = fit.values[INERTIAL + k]
-            friction[drive] = float(self.modelling.values[k] + change)
+            friction[drive] = float(self.modelling.values[k] + change) + size
         share = half_interval / max(abs(mass) + self.tool_mass, 1e-12)
         return PayloadEstimate(
             mass=mass,
@@ -348,42 +364,3 @@ def _complete(run: MeasuredRun) -> MeasuredRun:
     if not len(rows):
         raise InputError(f"no sample has efforts of {', '.join(run.drives)}")
     return run.rows(rows)
-
-
-def _place(com: ArrayLike) -> Array:
-    """A centre of mass (3,) [m]; raises InputError."""
-    values = real_array("com", com)
-    if values.shape != (3,) or not np.isfinite(values).all():
-        raise InputError(f"com has shape {values.shape}; expected 3 finite numbers")
-    return values
-
-
-def _centre(fit: Fit, reach: float) -> tuple[Array, Array]:
-    """Centre of mass (3,) [m], and covariance (4, 4) of mass and centre of mass.
-
-    They are NaN along axes of which the measurement says little.
-
-    Args:
-        fit: the fit.
-        reach: deviation of the centre of mass before the measurement [m].
-    """
-    mass = float(fit.values[0])
-    com = np.full(3, np.nan)
-    covariance = np.full((4, 4), np.nan)
-    covariance[0, 0] = fit.covariance[0, 0]
-    if mass <= 0.0:
-        return com, covariance
-    com = fit.values[1:4] / mass
-    # of com = first moment / mass, by mass and first moment
-    gradient = np.zeros((4, 4))
-    gradient[0, 0] = 1.0
-    gradient[1:, 0] = -com / mass
-    gradient[1:, 1:] = np.eye(3) / mass
-    covariance = gradient @ fit.covariance[:4, :4] @ gradient.T
-    deviation = np.sqrt(np.diagonal(covariance))
-    is_shown = deviation < 0.5 * reach
-    is_shown[0] = True
-    both_shown = is_shown[:, None] & is_shown
-    covariance = np.where(both_shown, covariance, np.nan)
-    com = np.where(is_shown[1:], com, np.nan)
-    return com, covariance

@@ -66,18 +66,26 @@ def _grown(part: System, noise: Array, start: int) -> tuple[Mask, float]:
     members = np.zeros(count, dtype=bool)
     members[start : start + SEED] = True
     middle = start + SEED // 2
-    values = solved(part.only(members), noise).values
+    fit = solved(part.only(members), noise)
     for _ in range(ROUNDS):
-        residual = part.target - part.matrix @ values
-        is_near: Mask = np.asarray((np.abs(residual) < WIDE * noise).all(axis=1))
+        residual = part.target - part.matrix @ fit.values
+        # few blocks say little of the others where the load's place counts
+        spread = np.sqrt(noise**2 + _variances(part, fit.covariance))
+        is_near: Mask = np.asarray((np.abs(residual) < WIDE * spread).all(axis=1))
         grown = _around(is_near, middle)
         if not grown.any():
             return grown, 0.0
-        values = solved(part.only(grown), noise).values
+        fit = solved(part.only(grown), noise)
         if np.array_equal(grown, members):
             break
         members = grown
-    return members, float(values[0])
+    return members, float(fit.values[0])
+
+
+def _variances(part: System, covariance: Array) -> Array:
+    """Variances (B, k) of expected efforts by those (p, p) of the unknowns [N^2 m^2, N^2]."""
+    products = (part.matrix @ covariance) * part.matrix
+    return np.asarray(products.sum(axis=2))
 
 
 def _around(mask: Mask, middle: int) -> Mask:

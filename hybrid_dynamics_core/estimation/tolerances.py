@@ -23,6 +23,8 @@ class Tolerances:
             samples are too few to show their noise.
         com: of the load's centre of mass along each axis of the frame [m]; 0 for a sixth of the
             frame's distance from the base.
+        friction_share: of the share by which friction grows with the force of a drive, where the
+            description has no friction of that drive.
 
     Raises:
         InputError: a value is negative or not finite.
@@ -35,6 +37,7 @@ class Tolerances:
     scale: float = 5e-4
     noise: float = 2e-3
     com: float = 0.0
+    friction_share: float = 0.05
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:

@@ -22,7 +22,7 @@ from ..ground.check_arguments import real_number, require_type
 from ..ground.check_arrays import real_array
 from ..ground.suggestions import no_such_name
 from ..robot.robot import Robot
-from .equations import Modelling, to_drives
+from .equations import Modelling, drive_columns, to_drives
 from .misfit import check_units, exchanged_chambers
 from .run import MeasuredRun
 from .tolerances import Tolerances
@@ -110,8 +110,15 @@ class ToolForceModel:
         self.deviation = deviation
         self.threshold = _threshold(len(drives), self.options.false_alarms)
         self._axes = self._count_axes()
+        pose = robot.forward_kinematics(robot.close(robot.reference), self.frame)
+        self._length = float(np.linalg.norm(pose.position)) or 1.0
+        self._indices = [robot.coordinates.index(name) for name in drives]
         self._parameters = parameters_of(robot, drives)
         self._friction = self._holding_friction()
+        # largest friction at rest as a share of each effort
+        of_shares = slice(-len(drives), None)
+        errors = np.sqrt((self.deviation.factor[of_shares] ** 2).sum(axis=1))
+        self._share = np.abs(self.deviation.values[of_shares]) + errors
 
     def forces(self, residuals: Residuals, state: ClosedState, efforts: Array) -> ToolForce:
         """The force at N samples.
@@ -130,13 +137,14 @@ class ToolForceModel:
         errors = columns @ self.deviation.factor
         of_model = errors @ transposed(errors)
         of_noise = mapping @ residuals.noise @ transposed(mapping)
-        covariance = of_model + of_noise + self._at_standstill(state)
+        covariance = of_model + of_noise + self._at_standstill(state, efforts)
         effect = self._effect(mapping, state)
         sensed = DriveEfforts(
             along,
             covariance,
             effect,
             residuals.is_ready,
+            self._length,
         )
         return sensed.force(self.frame, self.threshold)
 
@@ -154,19 +162,20 @@ class ToolForceModel:
         """
         still = np.zeros_like(state.u)
         regressor = self.robot.regressor(state, still, self._parameters, self.loads)
-        k = len(self.drives)
-        offsets = np.broadcast_to(np.eye(k), (len(efforts), k, k))
-        scales = offsets * efforts[:, :, None]
-        return np.concatenate([mapping @ regressor, offsets, scales], axis=2)
+        rates = state.ds[:, self._indices]
+        signs = rates / np.hypot(rates, self.loads.effects.smoothing[self._indices])
+        shares = self.deviation.values[-len(self.drives) :]
+        sensed = drive_columns(efforts, signs, shares)
+        return np.concatenate([mapping @ regressor, sensed], axis=2)
 
-    def _at_standstill(self, state: ClosedState) -> Array:
-        """Covariance (N, k, k) of the friction that holds drives at rest."""
-        indices = [self.robot.coordinates.index(name) for name in self.drives]
-        rates = state.ds[:, indices]
-        width = UNSURE * self.loads.effects.smoothing[indices]
+    def _at_standstill(self, state: ClosedState, efforts: Array) -> Array:
+        """Covariance (N, k, k) of the friction that holds drives at rest, by efforts (N, k)."""
+        rates = state.ds[:, self._indices]
+        width = UNSURE * self.loads.effects.smoothing[self._indices]
         is_open = 1.0 - np.abs(rates) / np.hypot(rates, width)
         # that of a uniform distribution between minus and plus the friction
-        variance = (is_open * self._friction) ** 2 / 3.0
+        friction = self._friction + self._share * np.abs(efforts)
+        variance = (is_open * friction) ** 2 / 3.0
         return np.asarray(variance[:, :, None] * np.eye(len(self.drives)))
 
     def _holding_friction(self) -> Array:

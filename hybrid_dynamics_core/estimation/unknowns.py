@@ -136,6 +136,16 @@ def friction_deviations(
     return np.array(deviations)
 
 
+def share_deviations(robot: Robot, drives: tuple[str, ...], limits: Tolerances) -> Array:
+    """Deviations (k,) of friction as a share of each drive's force; zero where the file has one."""
+    deviations: list[float] = []
+    for drive in drives:
+        effect = effects_of(robot.description, drive)
+        listed = effect.viscous or effect.coulomb
+        deviations.append(0.0 if listed else limits.friction_share)
+    return np.array(deviations)
+
+
 def load_deviations(scale: float, com: float) -> Array:
     """Deviations (10,) of a load's parameters about its frame [kg, kg m, kg m^2].
 

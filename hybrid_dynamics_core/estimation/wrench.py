@@ -12,7 +12,7 @@ from ..ground.arrays import Array
 Mask = NDArray[np.bool_]
 AXES = ("fx", "fy", "fz", "mx", "my", "mz")
 SIX = len(AXES)
-VISIBLE = 1e-3  # of the largest effort for a unit force, below which a direction is blind
+VISIBLE = 1e-3  # share of the largest effort of a direction, below which one is blind
 PURE = 1e-6  # share of an axis that may lie in blind directions
 TINY = 1e-12  # share of the variances that keeps a covariance definite
 
@@ -26,7 +26,8 @@ class ToolForce:
             frame; NaN along axes that no drive senses. Moments are zero where a force at a point
             is assumed.
         covariance: (6, 6) of the wrench; NaN along the same axes.
-        visible: (6, 6) projector on the directions that the drives sense.
+        visible: (6, 6) projector on the directions that the drives sense. Moments count by the
+            distance of the frame from the base.
         visible_part: (6,) the part of the wrench along these.
         contact: whether the efforts are beyond what errors and noise explain.
         level: squared deviations of the efforts; a contact if it is above `threshold`.
@@ -65,23 +66,26 @@ class DriveEfforts:
         effect: (N, k, c) change of the efforts with the first c axes of the wrench; the others
             are zero.
         is_ready: (N,) samples that count.
+        length: [m] moments over it are compared with forces.
     """
 
     along: Array
     covariance: Array
     effect: Array
     is_ready: Mask
+    length: float
 
     def force(self, frame: str, threshold: float) -> ToolForce:
         """The wrench of least squares at a frame, a contact above a threshold."""
-        whitened, target = self._whitened()
+        units = np.repeat([1.0, self.length], SIX // 2)[: self.effect.shape[2]]
+        whitened, target = self._whitened(units)
         rows, sizes, columns = np.linalg.svd(whitened, full_matrices=False)
         is_visible = sizes > VISIBLE * sizes[:, :1]
         inverse = np.where(is_visible, 1.0 / np.where(is_visible, sizes, 1.0), 0.0)
         axes = transposed(columns)
-        scaled = axes * inverse[:, None, :]
+        scaled = units[:, None] * axes * inverse[:, None, :]
         part = scaled @ (transposed(rows) @ target)
-        projector = (axes * is_visible[:, None, :]) @ columns
+        projector = (units[:, None] * axes * is_visible[:, None, :]) @ (columns / units)
         level = (target[..., 0] ** 2).sum(axis=1)
         visible = _padded(projector, 1.0)
         visible_part = np.zeros((len(level), SIX))
@@ -102,13 +106,17 @@ class DriveEfforts:
             frame=frame,
         )
 
-    def _whitened(self) -> tuple[Array, Array]:
-        """Effects (N, k, c) and efforts (N, k, 1) in deviations: their errors are independent."""
+    def _whitened(self, units: Array) -> tuple[Array, Array]:
+        """Effects (N, k, c) and efforts (N, k, 1) in deviations: their errors are independent.
+
+        Args:
+            units: (c,) unit of each axis of the wrench [N, N m].
+        """
         k = self.along.shape[1]
         variances = np.trace(self.covariance, axis1=1, axis2=2)
         least = TINY * np.maximum(variances, TINY)
         root = np.linalg.cholesky(self.covariance + least[:, None, None] * np.eye(k))
-        effect = np.asarray(np.linalg.solve(root, self.effect), dtype=np.float64)
+        effect = np.asarray(np.linalg.solve(root, self.effect * units), dtype=np.float64)
         target = np.asarray(np.linalg.solve(root, self.along[..., None]), dtype=np.float64)
         return effect, target
 

@@ -15,14 +15,20 @@ from .fit import System, fitted
 from .misfit import check_fit
 from .run import MeasuredRun
 from .tolerances import Tolerances
-from .unknowns import Unknowns, friction_deviations, link_deviations, parameters_of
+from .unknowns import (
+    Unknowns,
+    friction_deviations,
+    link_deviations,
+    parameters_of,
+    share_deviations,
+)
 
 SHARES = (0.25, 0.5, 0.75)  # of the limits, where usual efforts are taken
 
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """Errors of a model, along columns [links and friction, offsets, scales] of k drives.
+    """Errors of a model, along columns [links, friction, offsets, scales, shares] of k drives.
 
     Attributes:
         values: (p,) expected errors.
@@ -47,6 +53,7 @@ def deviation_before(
         friction_deviations(robot, parameters, sizes, drives, limits),
         limits.offset * usual,
         np.full_like(usual, limits.scale),
+        share_deviations(robot, drives, limits),
     )
     deviations = np.concatenate(parts)
     return Deviation(np.zeros_like(deviations), np.diag(deviations))
@@ -83,7 +90,13 @@ def deviation_of(empty: MeasuredRun, loads: Loads, limits: Tolerances) -> Deviat
     blocks = equations.blocks(empty.time)
     unknowns = modelling.unknowns([empty], np.zeros(INERTIAL))
     check_fit([empty], [equations], [blocks], unknowns)
-    fit = fitted(_system(modelling, blocks, unknowns, limits))
+    efforts = np.sqrt(np.mean(empty.efforts**2, axis=0))
+    holding = modelling.holding_friction(unknowns, efforts)
+    fit = fitted(_system(blocks, unknowns, holding, limits))
+    shares = fit.values[len(unknowns.names) - len(empty.drives) : len(unknowns.names)]
+    if shares.any():
+        blocks = modelling.with_shares(blocks, empty, shares)
+        fit = fitted(_system(blocks, unknowns, holding, limits))
     shared = slice(INERTIAL, len(unknowns.names))
     covariance = fit.covariance[shared, shared]
     sizes, axes = np.linalg.eigh(covariance)
@@ -91,9 +104,16 @@ def deviation_of(empty: MeasuredRun, loads: Loads, limits: Tolerances) -> Deviat
     return Deviation(fit.values[shared], factor)
 
 
-def _system(modelling: Modelling, blocks: Blocks, unknowns: Unknowns, limits: Tolerances) -> System:
-    """The system of an empty run, with a friction for each stretch in which a drive rests."""
-    columns, rests = standstill_columns(blocks, modelling.holding_friction(unknowns))
+def _system(blocks: Blocks, unknowns: Unknowns, holding: Array, limits: Tolerances) -> System:
+    """The system of an empty run, with a friction for each stretch in which a drive rests.
+
+    Args:
+        blocks: blocks of the run.
+        unknowns: the unknowns.
+        holding: (k,) largest friction of each drive at rest [N m, N].
+        limits: tolerances.
+    """
+    columns, rests = standstill_columns(blocks, holding)
     deviation = np.concatenate([unknowns.deviation, rests])
     size = np.sqrt(np.mean(blocks.target**2, axis=0)) + 1e-6
     samples = float(np.median(blocks.samples))

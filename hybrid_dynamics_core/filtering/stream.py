@@ -52,10 +52,11 @@ class Counts:
     """What became of readings.
 
     Attributes:
-        used: number by sensor.
+        used: number by sensor, with those of the first state.
         beyond_gate: number by sensor of those that the others contradict.
         duplicate: number by sensor of those with the stamp of an earlier one.
         late: number by sensor of those that came too late.
+        early: number by sensor of those between its first one and the first state.
         starts: how often the filter started.
     """
 
@@ -63,6 +64,7 @@ class Counts:
     beyond_gate: Counter[str] = field(default_factory=Counter)
     duplicate: Counter[str] = field(default_factory=Counter)
     late: Counter[str] = field(default_factory=Counter)
+    early: Counter[str] = field(default_factory=Counter)
     starts: int = 0
 
 
@@ -244,10 +246,14 @@ class StateFilter:
         used = {id(reading) for reading in first.values()}
         shown: list[Innovation] = []
         for reading in readings:
-            if id(reading) not in used and self._key(reading) > self._steps[-1].key:
+            if id(reading) in used:
+                self.counts.used[reading.sensor] += 1
+            elif self._key(reading) > self._steps[-1].key:
                 shown.append(self._take(reading))
-            elif id(reading) not in used and self._key(reading) == self._steps[-1].key:
+            elif self._key(reading) == self._steps[-1].key:
                 self.counts.duplicate[reading.sensor] += 1
+            else:
+                self.counts.early[reading.sensor] += 1
         return tuple(shown)
 
     def _require_enough(self, names: set[str]) -> None:

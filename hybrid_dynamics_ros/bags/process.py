@@ -223,6 +223,9 @@ class _Transfer:
             self._watch.lap("reading")
             if self._waiting:
                 self._smooth(Samples.joined(self._waiting))
+        tool = self._batches.pipeline.tool
+        if tool.lost:
+            self.losses.add(f"{tool.lost} samples give no force at the tool: {tool.problem}")
         outcome = self._outcome
         outcome.bulk = self._bulk_count / max(outcome.samples, 1)
         outcome.rejections = self._batches.first_rejections

@@ -26,6 +26,7 @@ from ..parameters import (
     NodeSettings,
 )
 from .estimates.sensor_input import SensorInput
+from .estimates.tool_force import ToolForceInput
 from .limit_margins import drives_beyond, margins_of_result
 from .pipeline import Counts
 from .results import MotionResult
@@ -70,12 +71,14 @@ class Monitor:
         self.inactive = 0  # inputs skipped while the node was inactive
         self.pressures = Tally()
         self.sensors: SensorInput | None = None
+        self.tool: ToolForceInput | None = None
         # Incompatible publishers and subscriptions of the node's topics, with reasons.
         self.unconnected = ""
         self.last_error = ""
         self._reported_lost = 0
         self._reported_skipped = 0
         self._reported_pressures = 0
+        self._reported_tool = 0
         self._strokes = strokes
         self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
         self._received = 0  # value at the last report
@@ -104,7 +107,7 @@ class Monitor:
             settings: settings with thresholds.
         """
         entries = [*self._traffic(counts, settings), *self._timing(result, now_ns, settings)]
-        entries += self._sensor_entries()
+        entries += [*self._tool_entries(), *self._sensor_entries()]
         return [*entries, StatusEntry("last error", self.last_error or "none")]
 
     def beyond(self, result: MotionResult) -> dict[str, str]:
@@ -138,6 +141,15 @@ class Monitor:
             self._pressure_entry(),
             StatusEntry("not connected", self.unconnected or "none", _warn_if(self.unconnected)),
         ]
+
+    def _tool_entries(self) -> list[StatusEntry]:
+        """Samples without a force at the tool since the start; a warning if there are new ones."""
+        if self.tool is None or not self.tool.lost:
+            return []
+        recent = self.tool.lost - self._reported_tool
+        self._reported_tool = self.tool.lost
+        text = f"{self.tool.lost} samples give none; the newest: {self.tool.problem}"
+        return [StatusEntry("force at the tool", text, _warn_if(recent > 0))]
 
     def _sensor_entries(self) -> list[StatusEntry]:
         """What became of readings of sensors; a warning if one contradicts the others."""

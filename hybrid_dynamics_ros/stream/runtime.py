@@ -79,6 +79,7 @@ class Runtime:
         self.evaluator = self.pipeline.evaluator
         self.monitor = Monitor(StrokeMargins(robot))
         self.monitor.sensors = self.sensors
+        self.monitor.tool = self.pipeline.tool
         self.lock = threading.RLock()  # for the stream and for calls with changes
         self.result: MotionResult | None = None
         self.conditions = Conditions()

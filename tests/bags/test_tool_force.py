@@ -89,7 +89,7 @@ def test_the_stream_has_the_force_and_the_contact(excavator, digging):
     assert all(one.contact and one.level > one.threshold for one in contacts[-40:])
     covariance = np.reshape(contacts[-1].covariance, (6, 6))
     assert np.isnan(covariance[2]).all()
-    assert 1.0 < np.sqrt(covariance[0, 0]) < 1e3
+    assert 1.0 < np.sqrt(covariance[0, 0]) < 2e3  # the file has no friction, so 5 % is open
     assert np.abs(free[:, :2]).max() < 300.0
     assert pushed[:, :2] == pytest.approx(np.tile(PUSH[:2], (40, 1)), rel=0.01)
     assert np.isnan(pushed[:, 2]).all()

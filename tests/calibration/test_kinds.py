@@ -180,8 +180,7 @@ def test_many_outliers_do_not_hide_behind_an_estimated_noise(tmp_path, loss):
     result = calibrate(write(tmp_path), data, "reach, joints.turn.offset", loss=loss)
     assert [one.line for one in result.outliers] == list(range(1, 10))
     assert result.parameters["reach"].value == pytest.approx(0.802, abs=10.0 * NOISE)
-    if loss == "reject":
-        assert result.misfits["tool"].sigma == pytest.approx(NOISE, rel=0.3)
+    assert result.misfits["tool"].sigma == pytest.approx(NOISE, rel=0.3)
 
 
 def test_a_row_with_weight_zero_does_not_count(tmp_path):

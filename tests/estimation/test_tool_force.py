@@ -19,6 +19,7 @@ from hybrid_dynamics_core.estimation import (
     ToolForceOptions,
     tool_force,
 )
+from hybrid_dynamics_core.estimation.wrench import DriveEfforts
 from tests.mechanisms import describe
 
 CYLINDERS = ("boom_cylinder", "stick_cylinder", "bucket_cylinder")
@@ -111,6 +112,22 @@ def test_six_drives_give_the_moments_too():
     answer = ToolForceObserver(model).run(time, motion[1], efforts)
     assert answer.blind == ()
     assert answer.wrench[-1] == pytest.approx(wrench, rel=5e-3, abs=0.5)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_what_drives_sense_does_not_depend_on_the_unit_of_length(size):
+    """A force acts on drives by levers, a moment directly: small machines sense both as well."""
+    rng = np.random.default_rng(3)
+    effect = rng.normal(size=(1, 6, 6))
+    effect[..., :3] *= size
+    wrench = np.array([300.0, -200.0, 500.0, 20.0 * size, 30.0 * size, -10.0 * size])
+    along = (effect @ wrench).reshape(1, 6)
+    covariance = 1e-6 * size**2 * np.eye(6)[None]
+    sensed = DriveEfforts(along, covariance, effect, np.array([True]), length=size)
+    answer = sensed.force("tool", 1.0)
+    assert answer.blind == ()
+    assert answer.wrench[0] == pytest.approx(wrench, rel=1e-9)
+    assert answer.visible[0] == pytest.approx(np.eye(6), abs=1e-9)
 
 
 def test_samples_one_by_one_give_the_same_bits(excavator, motion):

@@ -22,7 +22,13 @@ from hybrid_dynamics_core.estimation import (
 from tests.sampling import examples
 
 EXACT = Tolerances(
-    links=1e-6, friction=0.0, unlisted_friction=1e-6, offset=1e-7, scale=1e-7, noise=1e-6
+    links=1e-6,
+    friction=0.0,
+    unlisted_friction=1e-6,
+    offset=1e-7,
+    scale=1e-7,
+    noise=1e-6,
+    friction_share=0.0,
 )
 COM = np.array([-0.6, 0.35, 0.0])
 POINTS = [[0.0, 0.4, 1.05, 0.85], [0.5, 0.8, 1.0, 0.92], [0.8, 0.8, 0.7, 0.88]]
@@ -88,7 +94,7 @@ end_effector: {link: arm, xyz: [0.9, 0, 0]}
     estimate = estimate_payload(run, com=[0.0, 0.0, 0.0], tolerances=EXACT)
     assert estimate.mass == pytest.approx(7.5, rel=1e-3)
     # 1 % of 4.8 kg m is off, along the lever and across it
-    links = Tolerances(0.01, 0.0, 0.0, 0.0, 0.0, 1e-9)
+    links = Tolerances(0.01, 0.0, 0.0, 0.0, 0.0, 1e-9, friction_share=0.0)
     honest = estimate_payload(run, com=[0.0, 0.0, 0.0], tolerances=links)
     assert honest.deviation == pytest.approx(0.01 * 4.8 / 0.9 / np.cos(0.5), rel=0.02)
 
@@ -136,6 +142,24 @@ def test_an_empty_run_cancels_what_the_model_is_off_by():
     zeroed = estimate_payload(loaded, empty, tolerances=tolerances)
     assert abs(zeroed.mass - 1000.0) < 0.0025 * FULL_SCALE
     assert abs(estimate_payload(loaded, tolerances=tolerances).mass - 1000.0) > 15.0
+
+
+def test_friction_that_grows_with_the_force_is_found_from_the_motion(excavator, motion):
+    """The file has none; seals have 5 % of the force. Loads are found to 0.25 % of full scale."""
+    _, state, _ = motion
+    runs = []
+    for mass in (1200.0, 0.0):
+        efforts = efforts_of(excavator, motion, mass)
+        for name, force in efforts.items():
+            rate = state.ds[:, excavator.coordinates.index(name)]
+            efforts[name] = force + 0.05 * np.abs(force) * np.sign(rate)
+        runs.append(run_of(excavator, motion, efforts))
+    loaded, empty = runs
+    estimate = estimate_payload(loaded, empty)
+    assert abs(estimate.mass - 1200.0) < 0.0025 * FULL_SCALE
+    assert estimate.interval[0] < 1200.0 < estimate.interval[1]
+    alone = estimate_payload(loaded)
+    assert alone.interval[0] < 1200.0 < alone.interval[1]
 
 
 @pytest.mark.parametrize("seed", [11, 12])

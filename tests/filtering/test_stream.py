@@ -116,6 +116,20 @@ def test_repeated_late_and_wrong_readings_are_counted():
         watched.add(1.0, "slev", 0.0)
 
 
+def test_each_reading_is_counted_once():
+    """Those before the first reading of the last sensor too, which give no state."""
+    _, readings = drawn(3, 30)
+    first = readings[0][0]
+    given = [reading for reading in readings if reading[1] != "slew" or reading[0] > first + 0.05]
+    watched = StateFilter(excavator(), carried(), MODEL, latest=0.1)
+    for reading in given:
+        watched.add(*reading)
+    counts = watched.counts
+    kinds = (counts.used, counts.beyond_gate, counts.duplicate, counts.late, counts.early)
+    assert counts.early.total() > 0
+    assert sum(kind.total() for kind in kinds) == len(given)
+
+
 def test_the_filter_starts_anew_after_a_jump():
     """All sensors agree on another pose: the filter follows them."""
     robot = excavator()

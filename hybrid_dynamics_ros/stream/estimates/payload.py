@@ -63,7 +63,7 @@ class Window:
             estimate = self._estimate()
         except HybridDynamicsError as error:
             return Reading(None, one_line(error), self.duration, self.empty is not None)
-        except (np.linalg.LinAlgError, ValueError) as error:
+        except np.linalg.LinAlgError as error:
             text = f"the samples cannot be weighed: {error}"
             return Reading(None, text, self.duration, self.empty is not None)
         return Reading(estimate, "", self.duration, self.empty is not None)

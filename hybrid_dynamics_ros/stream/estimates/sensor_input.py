@@ -114,6 +114,7 @@ class SensorInput:
             "readings used": str(counts.used.total()),
             "readings beyond the gate": _by_sensor(counts.beyond_gate),
             "readings too late": _by_sensor(counts.late),
+            "readings before the first state": _by_sensor(counts.early),
             "readings repeated": _by_sensor(counts.duplicate),
             "starts of the filter": str(counts.starts),
         }

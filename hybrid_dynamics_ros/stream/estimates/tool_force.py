@@ -18,6 +18,7 @@ from hybrid_dynamics_core import ClosedState, Loads, Robot
 from hybrid_dynamics_core.control import Residuals
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.estimation import ToolForce, ToolForceModel, ToolForceObserver
+from hybrid_dynamics_core.ground.wording import one_line
 
 from ...messages.joint_samples import FloatArray
 
@@ -69,7 +70,12 @@ class Residue:
 
 
 class ToolForceInput:
-    """Momentum observers of a robot, one for each set of measured drives, one after the other."""
+    """Momentum observers of a robot, one for each set of measured drives, one after the other.
+
+    Attributes:
+        lost: number of samples that no observer could take.
+        problem: why it could not take the newest of these; empty before the first.
+    """
 
     def __init__(self, robot: Robot) -> None:
         """Start without samples."""
@@ -79,6 +85,8 @@ class ToolForceInput:
         self._models: dict[Drives, ToolForceModel] = {}
         self._observer: ToolForceObserver | None = None
         self._newest_ns = -1
+        self.lost = 0
+        self.problem = ""
 
     def reset(self) -> None:
         """Discard the samples so far."""
@@ -130,8 +138,10 @@ class ToolForceInput:
         self._newest_ns = int(stamp_ns[-1])
         try:
             return observer.residuals(stamp_ns * 1e-9, state, efforts[:, is_measured])
-        except (HybridDynamicsError, np.linalg.LinAlgError):
-            self._observer = None  # a sample without finite efforts of the model
+        except (HybridDynamicsError, np.linalg.LinAlgError) as error:
+            self._observer = None
+            self.lost += len(stamp_ns)
+            self.problem = one_line(error)
             return None
 
     def _observer_of(self, drives: Drives) -> ToolForceObserver | None:
