@@ -79,8 +79,13 @@ def turn(c: Scalar, s: Scalar, a: Vector) -> Vector:
 
 def matvec(m: Rotation, a: Vector) -> Vector:
     """M a."""
-    x, y, z = m
-    return (dot(x, a), dot(y, a), dot(z, a))
+    x, y, z = a
+    (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = m
+    return (
+        a11 * x + a12 * y + a13 * z,
+        a21 * x + a22 * y + a23 * z,
+        a31 * x + a32 * y + a33 * z,
+    )
 
 
 def transposed_matvec(m: Rotation, a: Vector) -> Vector:
@@ -101,13 +106,8 @@ def transpose(m: Rotation) -> Rotation:
 def matmul(a: Rotation, b: Rotation) -> Rotation:
     """A B."""
     columns = transpose(b)
-    x, y, z = (_row_times(row, columns) for row in a)
-    return (x, y, z)
-
-
-def _row_times(row: Vector, columns: Rotation) -> Vector:
-    x, y, z = columns
-    return (dot(row, x), dot(row, y), dot(row, z))
+    x, y, z = a
+    return (matvec(columns, x), matvec(columns, y), matvec(columns, z))
 
 
 def trace(m: Rotation) -> Scalar:

@@ -15,7 +15,8 @@ from collections.abc import Set as AbstractSet
 from enum import Enum
 from functools import cached_property
 from pathlib import PurePath
-from types import CodeType, FunctionType
+from types import CodeType, FunctionType, NoneType
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,20 @@ from .formula_code import decides_formulas
 from .graph import Symbol
 
 _LIBRARIES = ("builtins", "numpy")  # covered by their versions, which are part of every key
+# What is written of an object: the first role whose types it has. The rest are "object".
+_ROLES: dict[str, tuple[type, ...]] = {
+    "enum": (Enum,),
+    "plain": (NoneType, bool, int, str, bytes, PurePath),
+    "float": (float,),
+    "array": (np.ndarray,),
+    "type": (type,),
+    "map": (Mapping,),
+    "set": (AbstractSet,),
+    "sequence": (Sequence,),
+    "function": (FunctionType,),
+}
+_role_of: dict[type, str] = {}  # of the types that were met
+_computed: dict[tuple[type, str], bool] = {}  # attributes that were met, by type and name
 
 
 class NoDigestError(TypeError):
@@ -64,14 +79,15 @@ class _Writer:
         self._objects.append(thing)
         self._put_composite(thing)
 
-    def _put_composite(self, thing: object) -> None:
-        if isinstance(thing, Mapping):
+    def _put_composite(self, thing: Any) -> None:
+        role = _role(type(thing))
+        if role == "map":
             self._put_entries("map", [part for item in thing.items() for part in item])
-        elif isinstance(thing, AbstractSet):
+        elif role == "set":
             self.put("set", "".join(sorted(digest(entry) for entry in thing)).encode())
-        elif isinstance(thing, Sequence):
+        elif role == "sequence":
             self._put_entries("list" if isinstance(thing, list) else "tuple", thing)
-        elif isinstance(thing, FunctionType):
+        elif role == "function":
             self._put_function(thing)
         else:
             self._put_object(thing)
@@ -81,18 +97,19 @@ class _Writer:
         for entry in entries:
             self.add(entry)
 
-    def _put_value(self, thing: object) -> bool:
+    def _put_value(self, thing: Any) -> bool:
         """Write an object without references to others; returns whether it was one."""
-        if isinstance(thing, Enum):
-            self.put("enum", f"{_name(type(thing))}.{thing.name}".encode())
-        elif thing is None or isinstance(thing, (bool, int, str, bytes, PurePath)):
+        role = _role(type(thing))
+        if role == "plain":
             self.put(type(thing).__name__, repr(thing).encode())
-        elif isinstance(thing, float):
+        elif role == "float":
             self.put("float", struct.pack("<d", thing))
-        elif isinstance(thing, np.ndarray) and thing.dtype != object:
+        elif role == "enum":
+            self.put("enum", f"{_name(type(thing))}.{thing.name}".encode())
+        elif role == "array" and thing.dtype != object:
             self.put("array", f"{thing.dtype.str}{thing.shape}".encode())
             self.put("data", np.ascontiguousarray(thing).tobytes())
-        elif isinstance(thing, type):
+        elif role == "type":
             if thing.__module__ not in _LIBRARIES:
                 _require_formula(thing)
             self.put("type", _name(thing).encode())
@@ -121,7 +138,7 @@ class _Writer:
                 # a digest of its own, since the identity of constants differs between processes
                 self.put("constant", digest(value).encode())
 
-    def _put_object(self, thing: object) -> None:
+    def _put_object(self, thing: Any) -> None:
         kind = type(thing)
         _require_formula(kind)
         self.put("object", _name(kind).encode())
@@ -142,8 +159,21 @@ def _require_formula(thing: type | FunctionType) -> None:
         raise NoDigestError(f"{name} is not of the code that decides formulas")
 
 
+def _role(kind: type) -> str:
+    """The role of objects of a type; asking abstract classes each time takes long."""
+    role = _role_of.get(kind)
+    if role is None:
+        roles = [role for role, kinds in _ROLES.items() if issubclass(kind, kinds)]
+        role = _role_of[kind] = [*roles, "object"][0]
+    return role
+
+
 def _is_computed(kind: type, name: str) -> bool:
-    return isinstance(inspect.getattr_static(kind, name, None), (cached_property, lazy))
+    is_computed = _computed.get((kind, name))
+    if is_computed is None:
+        attribute = inspect.getattr_static(kind, name, None)
+        is_computed = _computed[kind, name] = isinstance(attribute, (cached_property, lazy))
+    return is_computed
 
 
 def _name(kind: type) -> str:
