@@ -44,11 +44,12 @@ EXTRAS = {
         "click",
         "daqp>=0.8",
         "distributed",
+        "fmpy>=0.3",  # an FMI importer of others
         "hypothesis",
         "jax>=0.6",
         "matplotlib",
         "mcap",
-        "mujoco",
+        "mujoco-core>=4.0",
         "pin",
         "playwright",
         "pyarrow",
