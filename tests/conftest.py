@@ -143,6 +143,7 @@ def pytest_collection_finish() -> None:
     """Leave all that is there now out of searches for garbage, which take up to 5 % else."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 20)  # and search seldom: most of what tests make has no circles
 
 
 def by_function(items: Iterable[pytest.Item]) -> dict[str, list[pytest.Item]]:
