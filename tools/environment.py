@@ -42,7 +42,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata, util
 from pathlib import Path
-from textwrap import fill, shorten
+
+import installer
+from watched_process import Process, discard
 
 ROOT = Path(__file__).resolve().parent.parent
 INTERFACES = ROOT / "msg_defs"
@@ -78,15 +80,6 @@ INTERFACE_INPUTS = (
     "msg/*",
     "srv/*",
 )
-PIP = [sys.executable, "-m", "pip"]
-# pip would take up to a minute to remove what it built with, in silence: `discard` does that beside
-# what follows.
-PIP_OPTIONS = ["--no-clean", "--no-input", "--disable-pip-version-check", "--progress-bar=off"]
-# Modules are compiled when they are first imported, which most never are. This counts for the
-# environments that pip makes to build in, too.
-PIP_SETTINGS = {"PIP_COMPILE": "0"}
-WIDTH = 80  # letters of a terminal
-HEARTBEAT = 15.0  # [s] between signs of life of a long step
 
 
 @dataclass(frozen=True)
@@ -118,57 +111,6 @@ class Step:
         """Whether the environment has the outcome already."""
         stamp = read_stamp(venv)
         return is_installed(self.provides) and stamp.get(self.title) == self.digest()
-
-
-class Process:
-    """A program with its output in a file, and its temporary files in a folder of its own."""
-
-    def __init__(self, command: list[str], log: Path) -> None:
-        self.command, self.log = command, log
-        self.scratch = tempfile.mkdtemp(prefix="hybrid_dynamics_setup-")
-        self.start = time.monotonic()
-        with log.open("w", encoding="utf-8") as output:
-            self._process = subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, **PIP_SETTINGS, "TMPDIR": self.scratch},
-            )
-
-    def stop(self) -> None:
-        """End it, unless it has ended."""
-        self._process.terminate()
-
-    def finish(self, title: str) -> None:
-        """Wait for the end, and say from time to time what the program does.
-
-        Raises:
-            SystemExit: it failed; the text has its last lines.
-        """
-        print(fill(f"{title} ...", WIDTH, subsequent_indent="  "), flush=True)
-        try:
-            code = self._watch()
-        finally:
-            discard(self.scratch)
-        if code != 0:
-            sys.exit(
-                f"{last_lines(self.log, 30)}\nThis failed: {' '.join(self.command)}\n"
-                f"All it said is in {self.log}"
-            )
-
-    def _watch(self) -> int:
-        previous = ""
-        while True:
-            try:
-                return self._process.wait(HEARTBEAT)
-            except subprocess.TimeoutExpired:
-                line = last_lines(self.log, 1)
-                news = shorten(line, WIDTH - 10)
-                if line == previous:
-                    news = "at work, and has said nothing new"
-                print(f"  {time.monotonic() - self.start:4.0f} s  {news}", flush=True)
-                previous = line
 
 
 def main(venv: Path, purpose: str) -> None:
@@ -212,9 +154,11 @@ class Build:
     def __init__(self, venv: Path) -> None:
         self.venv = venv
         self.folder = tempfile.mkdtemp(prefix="hybrid_dynamics_wheel-")
-        wheel = [*PIP, "wheel", *PIP_OPTIONS, "--verbose", "--no-deps", "--wheel-dir", self.folder]
-        log = venv / "hybrid_dynamics_build.log"
-        self.process = Process([*wheel, str(INTERFACES)], log)
+        with exclusive(venv):  # uv may have to be installed
+            commands = installer.wheel_commands(INTERFACES, self.folder)
+        self.process = Process(
+            commands, venv / "hybrid_dynamics_build.log", installer.environment()
+        )
 
     def install(self, step: Step) -> None:
         """Wait for the wheel, then install it."""
@@ -226,19 +170,18 @@ class Build:
 
 
 def install(step: Step, arguments: list[str], venv: Path, headline: str = "") -> None:
-    """Let pip install, and note in the stamp that it is done.
+    """Install, and note in the stamp that it is done.
 
     Args:
         step: what is installed.
-        arguments: of pip.
+        arguments: of pip and uv.
         venv: the environment.
         headline: what is printed first; by default the title of the step.
     """
     with exclusive(venv):
         if "--force-reinstall" in arguments or not step.is_done(venv):
-            process = Process(
-                [*PIP, "install", *PIP_OPTIONS, *arguments], venv / "hybrid_dynamics_setup.log"
-            )
+            commands = installer.install_commands(arguments)
+            process = Process(commands, venv / "hybrid_dynamics_setup.log", installer.environment())
             process.finish(headline or f"{step.title}, {step.expected}")
             stamp = {"home": str(venv), **read_stamp(venv), step.title: step.digest()}
             text = json.dumps(stamp, indent=2)
@@ -414,21 +357,6 @@ def apt(missing: list[str]) -> str:
     python = f"python{sys.version_info.major}.{sys.version_info.minor}"
     packages = {"g++": "g++", "dev": f"{python}-dev", "venv": f"{python}-venv"}
     return "sudo apt install " + " ".join(packages[part] for part in missing)
-
-
-def discard(scratch: str) -> None:
-    """Remove a folder with many files, beside what follows."""
-    remove = "import shutil, sys; shutil.rmtree(sys.argv[1], ignore_errors=True)"
-    subprocess.Popen(
-        [sys.executable, "-c", remove, scratch], stdin=subprocess.DEVNULL, start_new_session=True
-    )
-
-
-def last_lines(log: Path, count: int) -> str:
-    """The last lines of a log that say something."""
-    text = log.read_text(encoding="utf-8", errors="replace")
-    lines = [line.strip() for line in text.splitlines()]
-    return "\n".join([line for line in lines if line and not line.startswith("WARNING")][-count:])
 
 
 if __name__ == "__main__":
