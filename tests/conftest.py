@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, Phase, settings
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.kernels import cache, native
 from hybrid_dynamics_core.kernels.run import VARIABLE
+from tests.sampling import MORE_EXAMPLES
 
 # Kernels stay for the next run, apart from those of the user's own programs.
 os.environ.setdefault(cache.VARIABLE, str(cache.user_folder() / "hybrid_dynamics_tests"))
@@ -102,6 +103,8 @@ BITS = (
     "bags/test_stream.py",
     "bags/test_unfinished.py",
 )
+# long streams through one robot: with all random examples a compiler pays
+STREAMS = ("bags/test_payload_stream.py", "bags/test_tool_force.py")
 # folders and files that ask for numbers alone: code compiled in a fifth of the time gives them too
 QUICKLY_COMPILED = (
     "control",
@@ -198,4 +201,5 @@ def places_of(request: pytest.FixtureRequest) -> set[str]:
 def is_uncompiled(request: pytest.FixtureRequest) -> bool:
     """Whether a test computes with generated Python."""
     places = places_of(request)
-    return places.isdisjoint(BITS) and not places.isdisjoint(UNCOMPILED)
+    compiled = BITS if MORE_EXAMPLES is None else BITS + STREAMS
+    return places.isdisjoint(compiled) and not places.isdisjoint(UNCOMPILED)
