@@ -69,4 +69,9 @@ def build(source: Source) -> bytes:
 
 def load(artifact: Artifact) -> Callable[..., int]:
     """Load the function of object code."""
-    return extension.function(llvm.LoadedCode(artifact.code))
+    return extension.function(code(artifact))
+
+
+def code(artifact: Artifact) -> llvm.LoadedCode:
+    """Load object code."""
+    return llvm.LoadedCode(artifact.code)

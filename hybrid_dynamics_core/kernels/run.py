@@ -21,13 +21,14 @@ from . import artifact, extension, generated, native
 from .backend import Artifact, Backend
 from .compile_notice import NOTICE
 from .ir.module import Form
+from .llvm import LoadedCode
 from .rewrite import rewritten
 from .status import NOT_TAKEN
 from .threads import in_parts
 from .trace import Trace, Traceable, trace
 
 Codes = NDArray[np.int64]
-_FORMS: tuple[Form, ...] = ("one", "rows", "path")
+_FORMS: tuple[Form, ...] = ("one", "rows", "path", "xla_one", "xla_rows")
 VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
 _MAY_MAKE: ContextVar[bool] = ContextVar("kernels may be made", default=True)
 
@@ -114,6 +115,10 @@ class Kernel:
         if self.backend == native.NAME:
             return self._load("path")
         return partial(generated.path, self.one, len(self.layout))
+
+    def handler(self, form: Form) -> LoadedCode:
+        """The code of a form for XLA, see `ir.xla_entry`; of machine code only."""
+        return native.code(self._made(form))
 
     @lazy
     def facts(self) -> dict[str, Any]:
@@ -221,12 +226,15 @@ class Kernel:
     # -- making
 
     def _load(self, form: Form) -> Callable[..., int]:
+        return self._maker.load(self._made(form))
+
+    def _made(self, form: Form) -> Artifact:
         made = self._stored(form)
         if made is None:
             self._require_making()
             with self._waiting():
                 made = artifact.make(self.trace, form, self._maker, self._key(form))
-        return self._maker.load(made)
+        return made
 
     @property
     def _maker(self) -> Backend:
@@ -250,6 +258,11 @@ class Kernel:
     @lazy
     def _identity(self) -> str | None:
         return artifact.identity_of((self._program, self._sizes), self._maker)
+
+
+def is_native() -> bool:
+    """Whether kernels are machine code by default."""
+    return default_backend() == native.NAME
 
 
 def default_backend() -> str:

@@ -9,7 +9,7 @@ from . import sensing
 from .actuation import HYDRAULICS, generalised_forces, hydraulics
 from .centroidal import centroidal
 from .closure import ACCELERATIONS, CLOSE, MOTION
-from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
+from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives, slopes
 from .dynamics import (
     closed_inverse_dynamics,
     inverse_dynamics,
@@ -61,6 +61,7 @@ __all__ = [
     "reactions",
     "regressor",
     "sensing",
+    "slopes",
     "spanning_terms",
     "warm_started",
 ]

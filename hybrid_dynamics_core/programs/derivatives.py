@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import chain
 
 from ..algebra.linear import transposed, unit_vectors
@@ -10,7 +10,7 @@ from ..algebra.scalar import Scalar, Scalars
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.differentiate import jacobian, substitute
 from ..kernels.graph import Graph, Operand, Symbol
-from ..kernels.trace import Results
+from ..kernels.trace import Results, flatten
 from .dynamics import Dynamics
 from .forward import is_regrouped, solve_motion
 from .model import AT_ACCELERATION, AT_EFFORT, Inputs, Model, Program, with_loads
@@ -55,6 +55,24 @@ def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
         return Results(outputs, dynamics.checks + checks)
 
     return with_loads(AT_EFFORT, run, pattern)
+
+
+def slopes(program: Program, results: Sequence[str], by: Sequence[str]) -> Program:
+    """Program for derivatives of the flat results of another one, on symbols only.
+
+    Args:
+        program: the program.
+        results: names of its results, in order.
+        by: names of inputs. The derivative by `u` is called `d_u`: rows by the results.
+    """
+
+    def run(model: Model, x: Inputs) -> Results:
+        outputs = program.run(model, x)
+        flat = flatten([outputs.outputs[name] for name in results])
+        found = {f"d_{name}": jacobian(flat, list(getattr(x, name))) for name in by}
+        return Results(found, outputs.checks)
+
+    return Program(program.inputs, run, program.sizes)
 
 
 def _constants(u: Scalars, count: int) -> list[Symbol]:

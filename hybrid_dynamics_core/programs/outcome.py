@@ -6,14 +6,14 @@ the closure plan. Negative codes stand in `kernels.status`. This module alone kn
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..kernels import status
-from ..kernels.run import Codes
 from ..kernels.trace import Trace
 
 NO_BLOCK = -1
@@ -71,11 +71,16 @@ class Outcome(NamedTuple):
         return cls(OutcomeKind.UNREACHABLE, block)
 
 
-def kinds(codes: Codes) -> Codes:
-    """The `OutcomeKind` of each status code, as an integer array of the same shape."""
-    result = np.where(codes % 2 == 1, OutcomeKind.UNREACHABLE, OutcomeKind.SINGULAR)
+def kinds(codes: Any, where: Callable[..., Any] = np.where) -> Any:
+    """The `OutcomeKind` of each status code, as an integer array of the same shape.
+
+    Args:
+        codes: integers, an array of NumPy or of another library.
+        where: `where` of that library.
+    """
+    result = where(codes % 2 == 1, int(OutcomeKind.UNREACHABLE), int(OutcomeKind.SINGULAR))
     for code, kind in _KINDS.items():
-        result = np.where(codes == code, kind, result)
+        result = where(codes == code, int(kind), result)
     return result
 
 

@@ -5,14 +5,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import InputError, load
+from hybrid_dynamics_core import InputError, load, shipped_robots
 from hybrid_dynamics_core.programs import OutcomeKind
 from tests.sampling import swept
 
 jax = pytest.importorskip("jax")
 
 EXACT = 1e-12  # [-] of the largest value, for sums in another order
-ROBOTS = ("five_bar", "forging_chu2020", "ankle", "palletizer", "excavator", "delta", "staicu2015")
+ROBOTS = shipped_robots()
+TRACED = ("five_bar", "forging_chu2020", "ankle", "palletizer", "excavator", "delta", "staicu2015")
+CASES = (*ROBOTS, *[f"{name} traced" for name in TRACED])
+SAMPLE = ("five_bar", "ankle", "five_bar traced")
 
 
 shared = cache(load)  # JAX compiles each function of a robot once
@@ -38,38 +41,45 @@ def agree(ours, right):
     np.testing.assert_allclose(np.asarray(ours) / scale, right / scale, rtol=0.0, atol=EXACT)
 
 
-@pytest.mark.parametrize("name", swept(ROBOTS, sample=("five_bar",)))
-def test_every_call_has_the_values_of_the_compiled_one(name):
+def robot_and_calls(case):
+    """A robot, and its calls by machine code of the library; or those that XLA compiles."""
+    name, *traced = case.split()
     robot = shared(name)
+    return robot, robot.jax.traced if traced else robot.jax
+
+
+@pytest.mark.parametrize("case", swept(CASES, sample=SAMPLE))
+def test_every_call_has_the_values_of_the_compiled_one(case):
+    robot, calls = robot_and_calls(case)
     u, du, ddu = states(robot, 50)
-    s, ds, status = robot.jax.close(u, du)
+    s, ds, status = calls.close(u, du)
     closed = robot.kernels.close(u, du)
     assert not np.any(status)
     agree(s, closed[0])
     agree(ds, closed[1])
-    *pose, _ = robot.jax.forward_kinematics(u)
+    *pose, _ = calls.forward_kinematics(u)
     for ours, right in zip(pose, robot.kernels.forward_kinematics(u), strict=True):
         agree(ours, right)
-    agree(robot.jax.jacobian(u)[0], robot.kernels.jacobian(u))
+    agree(calls.jacobian(u)[0], robot.kernels.jacobian(u))
     tau = robot.kernels.inverse_dynamics(u, du, ddu)
-    agree(robot.jax.inverse_dynamics(u, du, ddu)[0], tau)
+    agree(calls.inverse_dynamics(u, du, ddu)[0], tau)
     if robot.description.name != "staicu2015":  # without masses
-        agree(robot.jax.forward_dynamics(u, du, tau)[0], ddu)
-    *terms, _ = robot.jax.minimal_form(u, du)
+        agree(calls.forward_dynamics(u, du, tau)[0], ddu)
+    *terms, _ = calls.minimal_form(u, du)
     for ours, right in zip(terms, robot.kernels.minimal_form(u, du), strict=True):
         agree(ours, right)
 
 
-@pytest.mark.parametrize("name", swept(ROBOTS, sample=("five_bar",)))
-def test_derivatives_are_those_of_the_exact_programs(name):
-    robot = shared(name)
+@pytest.mark.parametrize("case", swept(CASES, sample=SAMPLE))
+def test_derivatives_are_those_of_the_exact_programs(case):
+    robot, calls = robot_and_calls(case)
     u, du, ddu = (rows[0] for rows in states(robot, 1))
     state = robot.close(u, du)
-    by_all = jax.jacobian(lambda *x: robot.jax.inverse_dynamics(*x)[0], argnums=(0, 1, 2))
+    by_all = jax.jacobian(lambda *x: calls.inverse_dynamics(*x)[0], argnums=(0, 1, 2))
     rights = robot.inverse_dynamics_derivatives(state, ddu)
     for ours, right in zip(by_all(u, du, ddu), rights, strict=True):
         agree(ours, right)
-    by_u = jax.jacfwd(lambda u: robot.jax.close(u, du)[0])(u)
+    by_u = jax.jacfwd(lambda u: calls.close(u, du)[0])(u)
     agree(by_u, state.R)
 
 
@@ -88,6 +98,49 @@ def test_gradients_of_batches_are_those_of_states():
         d_u, _, d_tau = robot.forward_dynamics_derivatives(state, tau[k])
         agree(by_u[k], 2.0 * ddu @ d_u)
         agree(by_tau[k], 2.0 * ddu @ d_tau)
+
+
+def test_mapped_over_any_inputs_at_any_depth():
+    """Vectors that all states share stay shared; axes come in the order of the maps."""
+    robot = shared("ankle")
+    u, du, ddu = states(robot, 3)
+
+    def tau(u, du, ddu):
+        return robot.jax.inverse_dynamics(u, du, ddu)[0]
+
+    over_rates = jax.vmap(tau, in_axes=(None, 0, None))
+    grid = jax.jit(jax.vmap(over_rates, in_axes=(0, None, None)))(u, du[:2], ddu[0])
+    again = jax.vmap(over_rates, in_axes=(0, 0, None))(u, np.stack([du[:2]] * 3), ddu[0])
+    for k in range(3):
+        for j in range(2):
+            right = robot.kernels.inverse_dynamics(u[k], du[j], ddu[0])
+            agree(grid[k, j], right)
+            agree(again[k, j], right)
+    assert robot.jax.inverse_dynamics(u[:0], du[:0], ddu[:0])[0].shape == (0, 2)
+
+
+def test_in_a_loop_of_jax():
+    robot = shared("five_bar")
+    u, du, ddu = (rows[0] for rows in states(robot, 1))
+
+    def advance(carried, _):
+        tau, status = robot.jax.inverse_dynamics(carried, du, ddu)
+        return carried + 1e-3 * du, (tau, status)
+
+    _, (efforts, status) = jax.lax.scan(advance, u, None, length=20)
+    rows = u + 1e-3 * np.arange(20)[:, None] * du
+    assert not np.any(status)
+    agree(efforts, robot.kernels.inverse_dynamics(rows, du, ddu))
+
+
+def test_without_machine_code_xla_compiles(monkeypatch):
+    robot = load("five_bar")
+    u, du, ddu = states(robot, 2)
+    right, _ = robot.jax.inverse_dynamics(u, du, ddu)
+    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+    tau, status = load("five_bar").jax.inverse_dynamics(u, du, ddu)
+    assert not np.any(status)
+    agree(tau, np.asarray(right))
 
 
 @pytest.mark.sweep(sample="test_gradients_of_batches_are_those_of_states")

@@ -13,14 +13,16 @@ from .held_entry import DECLARATIONS, held_entry
 from .sincos import sincos_functions
 from .states import one_functions, path_function, rows_function, wide_functions
 from .text import declarations
+from .xla_entry import xla_one_entry, xla_rows_entry
 
-# for one state, for rows side by side, and for rows that each start from the previous one
-Form = Literal["one", "rows", "path"]
+# for one state, for rows side by side, and for rows that each start from the previous one; the same
+# two for XLA
+Form = Literal["one", "rows", "path", "xla_one", "xla_rows"]
 
 
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     """LLVM IR with the function `call` of a form; rows are computed in vectors of `width`."""
-    widths = [1, width] if form == "rows" and width > 1 else [1]
+    widths = [1, width] if form in ("rows", "xla_rows") and width > 1 else [1]
     parts = [entry.DECLARATIONS, DECLARATIONS]
     for w in widths:
         parts += [line + "\n" for line in declarations(w)]
@@ -32,9 +34,12 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     if form == "one":
         parts += [*one_functions(trace), one_entry(trace, header)]
         parts += [held_entry(trace, header)]
+    elif form == "xla_one":
+        parts += [*one_functions(trace), xla_one_entry(trace)]
     elif form == "path":
         parts += [*one_functions(trace), path_function(trace), path_entry(trace, header)]
     else:
         parts += wide_functions(trace, width) if width > 1 else one_functions(trace)
-        parts += [rows_function(trace, width), rows_entry(trace, header)]
+        parts.append(rows_function(trace, width))
+        parts.append(xla_rows_entry(trace) if form == "xla_rows" else rows_entry(trace, header))
     return "".join(parts)

@@ -12,8 +12,8 @@ from ...description.model import Frame
 from ...dynamics.load_pattern import LoadPattern
 from ...dynamics.loads import Loads
 from ...ground.arrays import Array
-from ...kernels.differentiate import jacobian
-from ...kernels.trace import Results, Trace, flatten, trace
+from ...kernels.run import Kernel
+from ...kernels.trace import Results, Trace, trace
 from ...programs import Inputs, Program
 from ...programs.outcome import with_kinds
 from ..closure import Closure
@@ -80,7 +80,10 @@ STEP = Call("step", ("u",), ("start", "start_map"), lambda _pattern, _frame: pro
 
 
 class CallTracer:
-    """Traces calls of a robot under loads.
+    """Programs of the calls of a robot under loads, and their traces.
+
+    Attributes:
+        constants: inputs of the programs that calls do not have, by name.
 
     Args:
         closure: closes its loops.
@@ -99,11 +102,13 @@ class CallTracer:
         signs: Array,
     ) -> None:
         self._model = closure.model.program_model
+        self._name = closure.model.name
         pattern, values = dynamics.pack(loads)
         self._pattern = pattern.under_any_gravity()  # an argument of the calls
-        self._constants: dict[str, Scalars] = {"branch": signs.tolist()}
-        for name, array in values.items():
-            self._constants[name] = array.tolist()
+        self.constants: dict[str, Array] = {"branch": signs, **values}
+        self._scalars: dict[str, Scalars] = {}
+        for name, array in self.constants.items():
+            self._scalars[name] = array.tolist()
         self._frame = closure.model.frame(frame)
         self._follows = closure.is_followed
 
@@ -111,39 +116,56 @@ class CallTracer:
         """Names of the inputs for the start of a call; they come after the call's inputs."""
         return ("start", "start_map") if self._follows else ("guess",)
 
+    def kernel(self, program: Program, label: str) -> Kernel:
+        """The compiled code of a program."""
+        return program.kernel(self._model, f"{label} of {self._name}")
+
+    def program(self, call: Call) -> Program:
+        """The program of a call, for the inputs that a call has."""
+        return self._started(call.program)
+
+    def slope_programs(self, call: Call, by: Sequence[str]) -> list[tuple[Program, dict[str, str]]]:
+        """Programs for derivatives (flat results, size of an input) by some inputs.
+
+        Those that the call has no program for are differentiated from its own.
+
+        Returns:
+            Each program, with the name of the derivative by the name of an input.
+        """
+        parts = []
+        ready = {name: call.slopes[name] for name in by if name in call.slopes}
+        if ready and call.derivatives is not None:
+            parts.append((self._started(call.derivatives), ready))
+        others = {name: f"d_{name}" for name in by if name not in ready}
+        if others:
+            program = programs.slopes(self.program(call), call.results, tuple(others))
+            parts.append((program, others))
+        return parts
+
     def values(self, call: Call) -> Trace:
-        """The results of a call, and its checks."""
+        """The trace of the results of a call, and of its checks."""
 
         def run(named: Mapping[str, Scalars]) -> Results:
-            results = self._run(call.program, named)
+            results = self._run(self.program(call), named)
             outputs = {name: results.outputs[name] for name in call.results}
             return Results(outputs, results.checks)
 
         return self._trace(call, run, call.name)
 
     def slopes(self, call: Call, by: Sequence[str]) -> Trace:
-        """Derivatives (flat results, size of an input) by some inputs, one matrix after another.
-
-        Those that the call has no program for are differentiated from its trace.
+        """The trace of the derivatives of `slope_programs`, one matrix after another.
 
         Args:
             call: the call.
             by: names of the inputs, in order.
         """
+        parts = self.slope_programs(call, by)
 
         def run(named: Mapping[str, Scalars]) -> Results:
             outputs: dict[str, Any] = {}
-            ready = [name for name in by if name in call.slopes]
-            if ready and call.derivatives is not None:
-                results = self._run(call.derivatives, named)
-                for name in ready:
-                    outputs[name] = results.outputs[call.slopes[name]]
-            others = [name for name in by if name not in outputs]
-            if others:
-                results = self._run(call.program, named)
-                flat = flatten([results.outputs[name] for name in call.results])
-                for name in others:
-                    outputs[name] = jacobian(flat, list(named[name]))
+            for program, results in parts:
+                found = self._run(program, named).outputs
+                outputs |= {name: found[result] for name, result in results.items()}
             return Results({name: outputs[name] for name in by}, [])
 
         return self._trace(call, run, f"{call.name}_by_{'_'.join(by)}")
@@ -160,11 +182,13 @@ class CallTracer:
 
         return with_kinds(trace(of_vectors, sizes, label))
 
-    def _run(self, of_robot: OfRobot, named: Mapping[str, Scalars]) -> Results:
-        """The results of a program, with varied inputs by name."""
+    def _started(self, of_robot: OfRobot) -> Program:
+        """A program under the loads; where loops are followed, from a start."""
         program = of_robot(self._pattern, self._frame)
-        if self._follows:
-            program = program.from_start()
-        values = {**self._constants, **named}
+        return program.from_start() if self._follows else program
+
+    def _run(self, program: Program, named: Mapping[str, Scalars]) -> Results:
+        """The results of a program, with varied inputs by name."""
+        values = {**self._scalars, **named}
         inputs = {name: values[name] for name in program.inputs}
         return program.run(self._model, Inputs(**inputs))

@@ -4,14 +4,15 @@
     slope = jax.jacobian(lambda u: robot.jax.inverse_dynamics(u, du, ddu)[0])(u)
 
 They can be compiled by `jax.jit`, mapped by `jax.vmap` and differentiated by `jax.grad`. The
-derivatives are exact: they are those of `robot.inverse_dynamics_derivatives` and the like, traced
-from the same programs. They are not derivatives of iterations.
+derivatives are exact: they are those of `robot.inverse_dynamics_derivatives` and the like, of the
+same programs. They are not derivatives of iterations. On a CPU, in 64 bits, XLA calls the compiled
+kernels of the library. Elsewhere the programs are traced, and XLA compiles them.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ import numpy as np
 from ...dynamics.loads import Loads
 from ...errors import InputError
 from ...ground.lazy import lazy
-from ...kernels.trace import Check, Trace
+from ...kernels.run import is_native
 from ...programs import OutcomeKind
 from ..closure import Closure
 from ..dynamics import Dynamics
@@ -29,7 +30,8 @@ try:
     import jax
     import jax.numpy as jnp
 
-    from ...kernels.frameworks import jax_functions
+    from .jax_native import NativeCall
+    from .jax_traced import TracedCall
 except ModuleNotFoundError as error:  # pragma: no cover
     if error.name not in ("jax", "jaxlib"):
         raise
@@ -39,14 +41,10 @@ except ModuleNotFoundError as error:  # pragma: no cover
 
 Array = Any  # jax.Array
 Function = Callable[..., tuple[Any, Array]]
+Layout = tuple[tuple[str, tuple[int, ...]], ...]
 CALL_BY_NAME = {call.name: call for call in (*CALLS, STEP)}
+_NoChange = jax.custom_derivatives.SymbolicZero
 _NOT_FINITE = int(OutcomeKind.NOT_FINITE)
-# rounding of checks in 32 bits: nearly closed counts as closed, nearly singular as singular
-_TOLERANCES_32 = {
-    OutcomeKind.UNREACHABLE: 2e-5,
-    OutcomeKind.JUMP: 2e-5,
-    OutcomeKind.MASS_SINGULAR: -1e-6,
-}
 
 
 class JaxStart(NamedTuple):
@@ -77,12 +75,19 @@ class JaxCalls:
     """
 
     def __init__(
-        self, closure: Closure, dynamics: Dynamics, loads: Loads, frame: str | None = None
+        self,
+        closure: Closure,
+        dynamics: Dynamics,
+        loads: Loads,
+        frame: str | None = None,
+        *,
+        traces: bool = False,
     ) -> None:
         self._closure = closure
         self._dynamics = dynamics
         self._loads = loads
         self._frame = frame
+        self._traces = traces
         self._functions: dict[str, Function] = {}
 
     def at(self, frame: str) -> JaxCalls:
@@ -92,11 +97,16 @@ class JaxCalls:
             InputError: there is no such frame.
         """
         self._closure.model.frame(frame)
-        return JaxCalls(self._closure, self._dynamics, self._loads, frame)
+        return JaxCalls(self._closure, self._dynamics, self._loads, frame, traces=self._traces)
 
     def under(self, loads: Loads) -> JaxCalls:
         """The same calls under other loads."""
-        return JaxCalls(self._closure, self._dynamics, loads, self._frame)
+        return JaxCalls(self._closure, self._dynamics, loads, self._frame, traces=self._traces)
+
+    @lazy
+    def traced(self) -> JaxCalls:
+        """The same calls compiled by XLA, on a CPU too; for `jax.export` and other devices."""
+        return JaxCalls(self._closure, self._dynamics, self._loads, self._frame, traces=True)
 
     def close(
         self, u: Array, du: Array = 0.0, start: JaxStart | None = None
@@ -217,19 +227,36 @@ class JaxCalls:
 
     def _function(self, call: Call) -> Callable[..., tuple[Any, Array]]:
         """The function of a call: vectors -> results in their shapes, status."""
-        traced = self._tracer.values(call)
-        evaluate = _differentiable(call, traced, self._tracer)
+        native = NativeCall(call, self._tracer)
+        traced = TracedCall(call, self._tracer)
 
         def function(*vectors: Array) -> tuple[list[Array], Array]:
             # gravity and the start are often of 64 bits, and do not choose the type
             by_name = zip(call.inputs, vectors, strict=False)
             dtype = jnp.result_type(*[vector for name, vector in by_name if name != "gravity"])
             batch = jnp.broadcast_shapes(*[vector.shape[:-1] for vector in vectors])
+            if dtype == jnp.float64 and self._is_native:
+                flat, status = _evaluated(call, native, _spread(vectors, dtype, batch))
+                return _shaped(flat, batch, native.layout), status
             alike = [_alike(vector, dtype, batch) for vector in vectors]
-            flat, status = evaluate(*alike)
-            return _shaped(flat, batch, traced), status
+            flat, status = _evaluated(call, traced, alike)
+            return _shaped(flat, batch, traced.layout), status
 
         return function
+
+    @property
+    def _is_native(self) -> bool:
+        """Whether XLA calls the compiled code of the library."""
+        return not self._traces and jax.default_backend() == "cpu" and is_native()
+
+
+def _spread(vectors: Sequence[Array], dtype: Any, batch: tuple[int, ...]) -> list[Array]:
+    """Vectors of a type, each (size,) or with all leading axes."""
+    spread = []
+    for vector in vectors:
+        axes = batch if vector.ndim > 1 else ()
+        spread.append(_alike(vector, dtype, axes))
+    return spread
 
 
 def _alike(vector: Array, dtype: Any, batch: tuple[int, ...]) -> Array:
@@ -237,21 +264,19 @@ def _alike(vector: Array, dtype: Any, batch: tuple[int, ...]) -> Array:
     return jnp.broadcast_to(vector.astype(dtype), (*batch, vector.shape[-1]))
 
 
-def _differentiable(call: Call, traced: Trace, tracer: CallTracer) -> Function:
-    """Flat results (..., r) and status (...) of vectors (..., size), with exact derivatives.
+def _evaluated(
+    call: Call, form: NativeCall | TracedCall, vectors: Sequence[Array]
+) -> tuple[Array, Array]:
+    """Flat results (..., r) and status (...) of a call, with exact derivatives.
 
     Args:
         call: the call.
-        traced: its trace.
-        tracer: traces its derivatives.
+        form: its values and derivatives.
+        vectors: its inputs.
     """
 
     def values(*vectors: Array) -> tuple[Array, Array]:
-        parts = [_components(vector) for vector in vectors]
-        outputs, status = jax_functions.evaluate(traced, parts, _tolerance(vectors[0].dtype))
-        if traced.live_blocks():  # else XLA would compute what results share once for each of them
-            outputs = jax.lax.optimization_barrier(outputs)
-        flat = jnp.stack(outputs, axis=-1)
+        flat, status = form.values(vectors)
         status = jnp.where(_are_finite(vectors), status, _NOT_FINITE)
         status = jnp.where((status == 0) & ~_are_finite([flat]), _NOT_FINITE, status)
         return jnp.where((status == 0)[..., None], flat, jnp.nan), status
@@ -261,27 +286,15 @@ def _differentiable(call: Call, traced: Trace, tracer: CallTracer) -> Function:
     def tangent(vectors: Any, tangents: Any) -> Any:
         """Results with their changes, by the derivatives for the inputs that change."""
         outputs, status = function(*vectors)
-        moves = {}  # changes by name, of inputs that have one; the start is no input
-        for name, move in zip(call.inputs, tangents, strict=False):
-            if not isinstance(move, jax.custom_derivatives.SymbolicZero):
-                moves[name] = _components(move)
-        change = jnp.zeros_like(outputs)
-        if moves:
-            parts = [_components(vector) for vector in vectors]
-            derivatives = tracer.slopes(call, list(moves))
-            slopes, _ = jax_functions.evaluate(derivatives, parts, _exactly)
-            change = _pushed(slopes, list(moves.values()), outputs.shape[-1])
+        by_name = zip(call.inputs, tangents, strict=False)  # the start is no input
+        moves = {name: move for name, move in by_name if not isinstance(move, _NoChange)}
+        change = form.change(vectors, moves) if moves else jnp.zeros_like(outputs)
         no_change = np.zeros(status.shape, jax.dtypes.float0)  # what JAX takes for integers
         return (outputs, status), (change, no_change)
 
     function.defjvp(tangent, symbolic_zeros=True)
-    result: Function = function
+    result: tuple[Array, Array] = function(*vectors)
     return result
-
-
-def _components(vector: Array) -> list[Array]:
-    """The components (...) of a vector (..., size)."""
-    return [vector[..., k] for k in range(vector.shape[-1])]
 
 
 def _are_finite(vectors: Iterable[Array]) -> Array:
@@ -292,42 +305,12 @@ def _are_finite(vectors: Iterable[Array]) -> Array:
     return result
 
 
-def _pushed(slopes: list[Array], moves: list[list[Array]], count: int) -> Array:
-    """Changes (..., count) of results: derivatives times changes of the inputs.
-
-    Args:
-        slopes: derivatives (...) by each input, row by row.
-        moves: changes of the components (...) of each input.
-        count: number of results.
-    """
-    totals: list[Array] = [0.0] * count
-    first = 0
-    for move in moves:
-        for k in range(count):
-            for change in move:
-                totals[k] = totals[k] + slopes[first] * change
-                first += 1
-    return jnp.stack(totals, axis=-1)
-
-
-def _shaped(flat: Array, batch: tuple[int, ...], traced: Trace) -> list[Array]:
+def _shaped(flat: Array, batch: tuple[int, ...], layout: Layout) -> list[Array]:
     """The results in their shapes, after the leading axes."""
     results = []
     first = 0
-    for _, shape in traced.layout:
+    for _, shape in layout:
         last = first + math.prod(shape)
         results.append(flat[..., first:last].reshape(*batch, *shape))
         first = last
     return results
-
-
-def _exactly(_check: Check) -> float:
-    """No tolerance for a check."""
-    return 0.0
-
-
-def _tolerance(dtype: Any) -> Callable[[Check], float]:
-    """By how much the value of a check may be below its threshold, for rounding."""
-    if dtype == jnp.float64:
-        return _exactly
-    return lambda check: _TOLERANCES_32.get(OutcomeKind(check.code), 0.0)
