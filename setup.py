@@ -24,6 +24,7 @@ EXTRAS = {
     "drives": ["daqp>=0.8"],  # quadratic programs of redundant drives
     "jax": ["jax>=0.6"],
     "casadi": ["casadi>=3.6"],
+    "torch": ["torch>=2.2"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names:
     # the others resolve to newer distributions. The extra fastrtps brings the middleware. The
     # interfaces come from this repository: pip install ./msg_defs ".[ros]"

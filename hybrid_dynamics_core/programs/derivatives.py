@@ -69,8 +69,8 @@ def slopes(program: Program, results: Sequence[str], by: Sequence[str]) -> Progr
     def run(model: Model, x: Inputs) -> Results:
         outputs = program.run(model, x)
         flat = flatten([outputs.outputs[name] for name in results])
-        found = {f"d_{name}": jacobian(flat, list(getattr(x, name))) for name in by}
-        return Results(found, outputs.checks)
+        matrices = {f"d_{name}": jacobian(flat, list(getattr(x, name))) for name in by}
+        return Results(matrices, outputs.checks)
 
     return Program(program.inputs, run, program.sizes)
 

@@ -32,6 +32,7 @@ from .proofs import Certification
 if TYPE_CHECKING:
     from .frameworks.casadi_calls import CasadiCalls
     from .frameworks.jax_calls import JaxCalls
+    from .frameworks.torch_calls import TorchCalls
 
 
 class Robot:
@@ -333,6 +334,17 @@ class Robot:
         from .frameworks.jax_calls import JaxCalls  # noqa: PLC0415  JAX is an extra
 
         return JaxCalls(self._closure, self._dynamics, self.loads)
+
+    @lazy
+    def torch(self) -> TorchCalls:
+        """The calls in PyTorch, with exact derivatives.
+
+        Raises:
+            InputError: PyTorch is not installed.
+        """
+        from .frameworks.torch_calls import TorchCalls  # noqa: PLC0415  PyTorch is an extra
+
+        return TorchCalls(self._closure, self._dynamics, self.loads)
 
     @lazy
     def casadi(self) -> CasadiCalls:

@@ -77,7 +77,7 @@ class Handler:
         given = []
         for vector, is_mapped in zip(vectors, are_mapped, strict=True):
             is_shared = vector.ndim == 1 and not is_mapped
-            given.append(vector if is_shared else _spread(vector, is_mapped, size, batch))
+            given.append(vector if is_shared else _with_axes(vector, is_mapped, size, batch))
         outs, status = self(given)
         return (outs, status), ([True] * len(outs), True)
 
@@ -95,7 +95,7 @@ def _leading(vectors: Sequence[Array]) -> tuple[int, ...]:
     return max((vector.shape[:-1] for vector in vectors), key=len)
 
 
-def _spread(vector: Array, is_mapped: bool, size: int, batch: tuple[int, ...]) -> Array:
+def _with_axes(vector: Array, is_mapped: bool, size: int, batch: tuple[int, ...]) -> Array:
     """A vector with all leading axes, the mapped one first."""
     width = vector.shape[-1]
     if not is_mapped:

@@ -78,6 +78,8 @@ CALLS = (
 # gives the start of the next call along a motion
 STEP = Call("step", ("u",), ("start", "start_map"), lambda _pattern, _frame: programs.STEP)
 
+CALL_BY_NAME = {call.name: call for call in (*CALLS, STEP)}
+
 
 class CallTracer:
     """Programs of the calls of a robot under loads, and their traces.
@@ -164,8 +166,8 @@ class CallTracer:
         def run(named: Mapping[str, Scalars]) -> Results:
             outputs: dict[str, Any] = {}
             for program, results in parts:
-                found = self._run(program, named).outputs
-                outputs |= {name: found[result] for name, result in results.items()}
+                matrices = self._run(program, named).outputs
+                outputs |= {name: matrices[result] for name, result in results.items()}
             return Results({name: outputs[name] for name in by}, [])
 
         return self._trace(call, run, f"{call.name}_by_{'_'.join(by)}")

@@ -18,7 +18,7 @@ from ...errors import InputError
 from ...ground.lazy import lazy
 from ..closure import Closure
 from ..dynamics import Dynamics
-from .calls import CALLS, CallTracer
+from .calls import CALL_BY_NAME, CallTracer
 
 try:
     import casadi  # noqa: F401  whether it is there
@@ -32,7 +32,6 @@ except ModuleNotFoundError as error:  # pragma: no cover
     ) from error
 
 Function = Any  # casadi.Function
-CALL_BY_NAME = {call.name: call for call in CALLS}
 
 
 class CasadiCalls:

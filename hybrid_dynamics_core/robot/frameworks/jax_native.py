@@ -98,13 +98,13 @@ class NativeCall:
 
         def slopes(*vectors: Array) -> list[Array]:
             named = self._named(vectors)
-            found: dict[str, Array] = {}
+            matrices: dict[str, Array] = {}
             for part, results in parts:
                 outs, codes = part(named)
                 for name, result in results.items():
                     size = named[name].shape[-1]
-                    found[name] = outs[result].reshape(*codes.shape, count, size)
-            return [found[name] for name in by]
+                    matrices[name] = outs[result].reshape(*codes.shape, count, size)
+            return [matrices[name] for name in by]
 
         def tangent(vectors: Any, tangents: Any) -> Any:
             return jax.jvp(traced, vectors, tangents)
@@ -124,13 +124,13 @@ class NativeCall:
         alike = [jnp.broadcast_to(vector, (*batch, vector.shape[-1])) for vector in vectors]
         parts = [components(vector) for vector in alike]
         flat, _ = jax_functions.evaluate(self._tracer.slopes(self._call, by), parts, exactly)
-        found = []
+        matrices = []
         for name in by:
             size = self._named(vectors)[name].shape[-1]
             entries = jnp.stack(flat[: count * size], axis=-1)
-            found.append(entries.reshape(*batch, count, size))
+            matrices.append(entries.reshape(*batch, count, size))
             flat = flat[count * size :]
-        return found
+        return matrices
 
     def _named(self, vectors: Sequence[Array]) -> dict[str, Array]:
         """The inputs by name."""
