@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from hybrid_dynamics_core import InputError, Robot
+from benchmarks import retiming
+from hybrid_dynamics_core import InputError, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.retiming.ramps import ramp
@@ -252,3 +253,11 @@ def test_a_ramp_ends_at_rest_and_is_at_a_limit_everywhere(way, rate, acceleratio
 def test_a_motion_that_nothing_limits_is_refused() -> None:
     with pytest.raises(InputError, match="nothing limits the motion"):
         cart("limits: [-5, 5]").retime([[0.0], [WAY]])
+
+
+def test_within_pressures_the_time_is_that_of_toppra() -> None:
+    """It has other stations, and does not look between them: 0.1 % of the time."""
+    pytest.importorskip("toppra")
+    robot = load("excavator")
+    (path,) = retiming.excavator_paths(1, 0)
+    assert robot.retime(path).duration == pytest.approx(retiming.toppra_time(robot, path), rel=2e-3)
