@@ -43,7 +43,6 @@ def test_programs_on_request_are_those_of_the_library(name: str, tmp_path: Path)
     here = build(robot, tmp_path, names_for(robot))
     near, state = states(robot, COUNT)
     for function, (inputs, outputs) in requested(robot, state, seed=1).items():
-        error = 1e-9 if function == "ik_step" else 1e-12  # J^T J squares the condition of J
         flat = [np.reshape(out, (COUNT, -1)) for out in outputs]
         sizes = [out.shape[1] for out in flat]
         scales = [max(1.0, np.nanmax(np.abs(out))) for out in flat]
@@ -51,7 +50,7 @@ def test_programs_on_request_are_those_of_the_library(name: str, tmp_path: Path)
             answer = here.call(function, [*(x[k] for x in inputs), near.s[k]], sizes)
             assert answer.status == OK, (function, k)
             for got, wanted, scale in zip(answer.outs, flat, scales, strict=True):
-                same = np.isnan(wanted[k]) | (np.abs(got - wanted[k]) <= error * scale)
+                same = np.isnan(wanted[k]) | (np.abs(got - wanted[k]) <= 1e-12 * scale)
                 assert same.all(), (function, k)
                 assert (np.isnan(got) == np.isnan(wanted[k])).all(), (function, k)
 

@@ -113,5 +113,5 @@ def _arrays(call: CompiledCall, vectors: Sequence[Tensor]) -> dict[str, Array]:
     """The memory of vectors, by name."""
     named: dict[str, Array] = {}
     for name, vector in zip(call.names, vectors, strict=True):
-        named[name] = np.from_dlpack(vector.detach())
+        named[name] = np.asarray(np.from_dlpack(vector.detach()), dtype=np.float64)
     return named
