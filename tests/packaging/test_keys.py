@@ -63,6 +63,7 @@ OPTIONAL = {  # extras: imported where they are used, with a message that says w
     "mujoco",
     "pyarrow",
     "rosbags",
+    "torch",
     "trimesh",
     "viser",
     "xacro",
