@@ -76,6 +76,8 @@ class _Line(NamedTuple):
         along = self.end - self.start
         reached = (point - self.start) @ along
         share = float(np.clip(reached / (along @ along), 0.0, 1.0))
+        if min(share, 1.0 - share) <= SAME_PLACE:
+            share = round(share)
         nearest = self.start + share * along
         return _Foot(norm(nearest - point), number, share)
 
