@@ -20,6 +20,14 @@ MAPS = {
     "workspace_delta.png": "workspace delta --draw",
     "margins_forging.png": "workspace forging_chu2020 --samples 1000 --over q12,q22 --draw",
     "lifting_chart_excavator.png": "capability excavator --frame bucket --share 0.87 --draw",
+    "stiffness_excavator.png": (
+        "stiffness excavator --drive boom_cylinder=30e6*N/m --drive stick_cylinder=30e6*N/m"
+        " --wrench 0,0,-10*kN --over boom_cylinder,stick_cylinder --draw"
+    ),
+    "sag_excavator.svg": (
+        "stiffness excavator --drive boom_cylinder=30e6*N/m --drive stick_cylinder=30e6*N/m"
+        " --payload 1000 --draw"
+    ),
     "modes_five_bar.svg": "branches five_bar --draw",
 }
 

@@ -10,7 +10,6 @@ Matplotlib is needed only here: the extra `plot`.
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
@@ -18,10 +17,12 @@ from numpy.typing import ArrayLike
 from ..capability import LiftingChart, lifting_chart
 from ..certified.boxes.cells import CertifiedCells
 from ..closed_state.state import ClosedState
-from ..errors import InputError, MissingPackageError
+from ..errors import InputError
 from ..kinematics.workspace import Workspace
 from ..robot.taken import AnyRobot, robot_of
+from .elastic import draw_displaced, draw_stiffness
 from .options import Colour, Names, checked_colour, checked_names
+from .output import need_matplotlib, write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,11 +33,13 @@ if TYPE_CHECKING:
 __all__ = [
     "draw",
     "draw_cells",
+    "draw_displaced",
     "draw_lifting_chart",
     "draw_margins",
     "draw_modes",
     "draw_on",
     "draw_simulation",
+    "draw_stiffness",
     "draw_workspace",
 ]
 
@@ -67,12 +70,12 @@ def draw(
         InputError: for a batch of states, and for other suffixes.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .figure import robot_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = robot_figure(robot, state, checked_names(names), title, skeleton)
-    _write(figure, path)
+    write(figure, path)
     return figure
 
 
@@ -97,7 +100,7 @@ def draw_on(
         InputError: for a batch of states.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .paint.picture import (  # noqa: PLC0415
         limits_of,
@@ -141,7 +144,7 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
         InputError: where no mode closes, and for other suffixes.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .maps.modes import modes_figure  # noqa: PLC0415  needs Matplotlib
 
@@ -153,7 +156,7 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
         )
     marked = robot.close(u, check=False).branch if mark_own else {}
     figure = modes_figure(robot, modes, marked, checked_names(names), title, most)
-    _write(figure, path)
+    write(figure, path)
     return figure
 
 
@@ -185,14 +188,14 @@ def draw_workspace(
         InputError: for another colour, and for other suffixes.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .maps.workspace import workspace_figure  # noqa: PLC0415  needs Matplotlib
 
     if workspace is None:
         workspace = robot.workspace()
     figure = workspace_figure(robot, workspace, checked_colour(colour), title)
-    _write(figure, path)
+    write(figure, path)
     return figure
 
 
@@ -222,12 +225,12 @@ def draw_margins(
         InputError: for names that are not active coordinates, and for other suffixes.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .maps.margin_map import margin_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = margin_figure(robot, over, u, checked_colour(colour), title)
-    _write(figure, path)
+    write(figure, path)
     return figure
 
 
@@ -253,12 +256,12 @@ def draw_lifting_chart(
         InputError: for other suffixes.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .maps.lifting import lifting_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = lifting_figure(robot, lifting_chart(robot) if chart is None else chart, title)
-    _write(figure, path)
+    write(figure, path)
     return figure
 
 
@@ -284,12 +287,12 @@ def draw_cells(
         InputError: for cells of more or fewer coordinates, and for other suffixes.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .maps.certified_cells import cells_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = cells_figure(robot, cells, title)
-    _write(figure, path)
+    write(figure, path)
     return figure
 
 
@@ -315,24 +318,10 @@ def draw_simulation(
         InputError: for a motion of other active joints, and for other suffixes.
         MissingPackageError: without Matplotlib.
     """
-    _need_matplotlib()
+    need_matplotlib()
     robot = robot_of(robot)
     from .plots.simulation import simulation_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = simulation_figure(robot, motion, title)
-    _write(figure, path)
+    write(figure, path)
     return figure
-
-
-def _write(figure: Figure, path: str | os.PathLike[str] | None) -> None:
-    from .figure import save  # noqa: PLC0415  needs Matplotlib
-
-    if path is not None:
-        save(figure, Path(path))
-
-
-def _need_matplotlib() -> None:
-    try:
-        import matplotlib  # noqa: F401, PLC0415
-    except ImportError as error:
-        raise MissingPackageError("matplotlib", "plot", "drawings") from error

@@ -55,7 +55,7 @@ def choose_projection(skeleton: Skeleton) -> Projection:
     """The projection in which a mechanism is drawn."""
     normal = find_plane(skeleton)
     if normal is None:
-        return _oblique(skeleton)
+        return oblique(skeleton)
     return _side(skeleton, normal)
 
 
@@ -134,7 +134,7 @@ def _axis_name(direction: Array) -> str:
 # -- spatial
 
 
-def _oblique(skeleton: Skeleton) -> Projection:
+def oblique(skeleton: Skeleton) -> Projection:
     """The oblique projection, among several, in which the fewest points hide each other."""
     points = _samples(skeleton)
     size = np.linalg.norm(np.ptp(points, axis=0))

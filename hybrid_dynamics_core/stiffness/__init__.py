@@ -14,6 +14,7 @@ from ..description.elasticity import (
 )
 from .modes import Modes
 from .stiffness import Deflection, Stiffness, stiffness_at
+from .stiffness_map import StiffnessMap, stiffness_map
 
 __all__ = [
     "Beam",
@@ -27,7 +28,9 @@ __all__ = [
     "OilColumn",
     "Section",
     "Stiffness",
+    "StiffnessMap",
     "box_section",
     "stiffness_at",
+    "stiffness_map",
     "tube_section",
 ]

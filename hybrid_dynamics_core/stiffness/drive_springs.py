@@ -11,6 +11,10 @@ from ..errors import InputError
 BEYOND = 1e-9  # of a stroke, by which a piston may be beyond it by rounding
 
 
+class PistonError(InputError):
+    """A piston is beyond its stroke at a state."""
+
+
 def drive_compliance(
     name: str,
     drive: DriveStiffness,
@@ -57,7 +61,8 @@ def oil_stiffness(oil: OilColumn, cylinder: HydraulicCylinder, position: float) 
         position: coordinate of the joint [m].
 
     Raises:
-        InputError: the cylinder has no stroke, or its piston is beyond it.
+        PistonError: the piston is beyond its stroke.
+        InputError: the cylinder has no stroke.
     """
     lower, upper = cylinder.stroke
     if not math.isfinite(upper - lower):
@@ -68,7 +73,7 @@ def oil_stiffness(oil: OilColumn, cylinder: HydraulicCylinder, position: float) 
     free = upper - lower - piston
     slack = BEYOND * (upper - lower)
     if min(piston, free) < -slack:
-        raise InputError(
+        raise PistonError(
             f"drives.{cylinder.joint}: at {position:g} m the piston is beyond its stroke, {lower:g}"
             f" to {upper:g} m, so its oil has no volume"
         )

@@ -69,7 +69,8 @@ class PosedTree:
         self.robot = robot
         self.tree = tree
         self.s = state.s
-        self._configuration = configuration_at(tree, state.s.tolist())
+        charts = state.signs[len(state.signs) - len(tree.charts) :]
+        self._configuration = configuration_at(tree, state.s, charts)
         self._poses: list[Pose] = []
         self.length = LEAST_LENGTH
         for rotation, origin in TreeDynamics(tree, self._configuration).poses():

@@ -111,6 +111,11 @@ class Stiffness:
         return tuple(dict.fromkeys(self._solved.structure.springs))
 
     @property
+    def position(self) -> Array:
+        """Origin (3,) of the frame without load, base axes [m]."""
+        return self._pose.origin
+
+    @property
     def compliance(self) -> Array:
         """Displacement (6, 6) of the frame per wrench on it [m/N, rad/N, rad/(N m)]."""
         product: Array = self._unit.T @ self._unit

@@ -24,6 +24,7 @@ PRINTS = {  # the script, and what its output has to say
     "identify_from_bag": "base parameters are within their 95 % intervals",
     "boom_cylinder_design": "the force is off its mean by",
     "forging_redesign": "largest force of q22: 5578 N before",
+    "excavator_stiffness": "the bucket drops by",
     "mpc_batch": "plan, full model",
     "excavator_mpc": "off the goal at the end",
     "weighing_bucket": "with an empty run:",
@@ -149,6 +150,13 @@ def test_the_forging_robots_new_pins_take_less_force_within_their_strokes() -> N
     assert result.objective < 0.65
     assert example["strokes"](cycle).value.min() > -1e-6
     assert np.allclose(cycle.position().value, design.cycle().position().value, atol=1e-9)
+def test_the_bucket_drops_by_its_parts_and_swings_slower_farther_out() -> None:
+    example = run("excavator_stiffness")
+    reach, drops, lowest = example["reached"](load("excavator"))
+    assert (np.diff(reach) > 0.0).all()
+    total = sum(drops.values())
+    assert total[-1] > 1.5 * total[0]
+    assert lowest[-1, 0] < lowest[0, 0]
 
 
 def test_excavator_pressures_are_positive_and_below_the_supply() -> None:

@@ -9,13 +9,16 @@ import numpy as np
 
 from hybrid_dynamics_core import InputError, Loads, Robot
 from hybrid_dynamics_core.description.elasticity import Elasticity
-from hybrid_dynamics_core.stiffness import Deflection, Stiffness
+from hybrid_dynamics_core.ground.arrays import Array
+from hybrid_dynamics_core.stiffness import Deflection, Stiffness, StiffnessMap, stiffness_map
 
-from ...load_options import load_options, loads_of
-from ...output import along_axes, show, table
+from ...load_options import COMPONENTS, load_options, loads_of, numbers
+from ...output import along_axes, show, show_written, table
 from ...parameters import closed, json_option, loaded, options, robot_argument, u_option
 from ...quantities import value_of
 from ...robot_options import named_pairs
+from ...writing import draw_option, overwrite_option, picture_for
+from .pictures import draw_links, draw_map
 
 AXES: Final = {
     "x": (1.0, 0.0, 0.0),
@@ -39,6 +42,8 @@ Examples:
   hybrid-dynamics stiffness delta --drive theta_A=2e4*N*m/rad --payload 2
   hybrid-dynamics stiffness excavator --drive boom_cylinder=50e6*N/m \\
       --drive slew=5e7*N*m/rad --wrench 0,0,-20*kN --json
+  hybrid-dynamics stiffness excavator --drive slew=5e7*N*m/rad --draw mode.svg \\
+      --mode 1
 """
 
 
@@ -53,6 +58,14 @@ Examples:
     help="Stiffness of a drive [N m/rad or N/m], in place of the file's; repeatable.",
 )
 @load_options
+@draw_option("picture", help="Draw the robot under its load")
+@click.option("--mode", type=click.IntRange(min=1), help="With --draw: this natural mode.")
+@click.option(
+    "--over",
+    metavar="A,B",
+    help="With --draw: a map of the deflection under --wrench, over two joints that move.",
+)
+@overwrite_option
 @json_option
 def command(
     robot: str,
@@ -62,19 +75,82 @@ def command(
     com: str | None,
     wrench: str | None,
     frame: str | None,
+    picture: str | None,
+    mode: int | None,
+    over: str | None,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Print stiffness, deflection and frequencies."""
+    """Print stiffness, deflection and frequencies, or draw them."""
     machine = loaded(robot)
+    if picture is None and (mode is not None or over is not None):
+        raise click.UsageError("--mode and --over are of the picture: give --draw FILE too")
+    place = None
+    if picture is not None:
+        place = picture_for(machine, picture, overwrite=overwrite)
     on = None
     if payload is not None or wrench is not None:
         on = frame
     loads = loads_of(machine, payload, com, wrench, on)
     state = closed(machine, u, None)
     with options(drives="drive"):
-        stiffness = machine.stiffness(state, with_drives(machine, drives), frame)
+        elasticity = with_drives(machine, drives)
+        stiffness = machine.stiffness(state, elasticity, frame)
     data = facts(stiffness, loads)
+    if place is not None:
+        data["picture"] = str(place)
     show(data, as_json, text_of(data))
+    if place is None:
+        return
+    if over is not None:
+        chart = _map(machine, over, wrench, state.u, elasticity, frame)
+        draw_map(machine, chart, place)
+        show_written(place, "map of deflections", as_json)
+        return
+    title, links = _displacements(stiffness, loads, mode)
+    draw_links(machine, state, links, f"{machine.name}: {title}", place)
+    show_written(place, title, as_json)
+
+
+def _displacements(
+    stiffness: Stiffness, loads: Loads, mode: int | None
+) -> tuple[str, dict[str, Array]]:
+    """Title and displacement (6,) of each link: under load, or in a mode."""
+    if mode is None:
+        return "under load", dict(stiffness.deflection(loads).links)
+    modes = stiffness.modes(loads)
+    count = len(modes.frequencies)
+    if mode > count:
+        raise click.BadParameter(f"there are {count} modes", param_hint="--mode")
+    links = {name: shapes[mode - 1] for name, shapes in modes.links.items()}
+    return f"mode {mode}, {modes.frequencies[mode - 1]:.3g} Hz", links
+
+
+def _map(
+    machine: Robot,
+    over: str,
+    wrench: str | None,
+    u: Array,
+    elasticity: Elasticity,
+    frame: str | None,
+) -> StiffnessMap:
+    """The map over two joints."""
+    names = [name.strip() for name in over.split(",")]
+    if len(names) != 2:
+        raise click.BadParameter(f"'{over}': expected two joints, as A,B", param_hint="--over")
+    if wrench is None:
+        raise click.UsageError("--over maps a deflection under a force: give --wrench too")
+    first, second = names
+    force = numbers("--wrench", wrench, COMPONENTS, (3, 6))[:3]
+    with options(joints="over"):
+        return stiffness_map(
+            machine,
+            (first, second),
+            force,
+            u=u,
+            elasticity=elasticity,
+            frame=frame,
+        )
 
 
 def with_drives(machine: Robot, texts: tuple[str, ...]) -> Elasticity:
