@@ -150,6 +150,8 @@ def test_the_forging_robots_new_pins_take_less_force_within_their_strokes() -> N
     assert result.objective < 0.65
     assert example["strokes"](cycle).value.min() > -1e-6
     assert np.allclose(cycle.position().value, design.cycle().position().value, atol=1e-9)
+
+
 def test_the_bucket_drops_by_its_parts_and_swings_slower_farther_out() -> None:
     example = run("excavator_stiffness")
     reach, drops, lowest = example["reached"](load("excavator"))
