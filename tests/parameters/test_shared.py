@@ -91,13 +91,13 @@ def test_a_number_given_twice_is_refused() -> None:
 
 
 def test_terms_that_cancel_leave_zero() -> None:
-    """With two live lengths, products of the reactions cancel, whose sum has no terms then."""
+    """With two live lengths, products of the efforts cancel: sums without terms."""
     robot = load("forging_chu2020")
-    pins = []
+    efforts = []
     for length in (0.7, 0.71):
         other = robot.with_parameters(L2=length, L3=0.81)
         state = other.close(other.reference)
-        pins.append(other.reactions(state, np.zeros(4)).pins["theta_1"].force)
+        efforts.append(other.inverse_dynamics(state, np.zeros(4)))
     alone = load("forging_chu2020", parameters={"L2": 0.71, "L3": 0.81})
-    expected = alone.reactions(alone.close(alone.reference), np.zeros(4)).pins["theta_1"].force
-    assert np.allclose(pins[1], expected, rtol=1e-9)
+    expected = alone.inverse_dynamics(alone.close(alone.reference), np.zeros(4))
+    assert np.allclose(efforts[1], expected, rtol=1e-9)
