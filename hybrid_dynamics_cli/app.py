@@ -40,6 +40,7 @@ VERBS = {  # name -> module, in the order of the help
     "calibrate": "calibrate",
     "estimate": "measured.estimate",
     "tolerances": "studies.tolerances",
+    "sweep": "studies.sweep",
     "view": "view",
     "export": "export",
     "import": "import_file",

@@ -12,7 +12,8 @@ from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from typing import Final
 
-from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
+from hybrid_dynamics_core.errors import HybridDynamicsError, InputError, MissingPackageError
+from hybrid_dynamics_core.ground.cluster import on_cluster
 from hybrid_dynamics_core.ground.progress import Progress
 
 from ..parameters import ParameterError
@@ -100,21 +101,14 @@ def _on_cluster(
     address: str, jobs: Sequence[Job], numbers: Sequence[int]
 ) -> Iterator[tuple[int, Result]]:
     """Results of some jobs by index, from a Dask cluster."""
+    pieces = [(k, jobs[k]) for k in numbers]
     try:
-        import distributed  # noqa: PLC0415 - an extra
-    except ImportError as error:
-        raise BagError("--scheduler needs dask: pip install 'hybrid-dynamics-ros[dask]'") from error
-    try:
-        client = distributed.Client(address, timeout="10s")
-    except (OSError, ValueError, TimeoutError) as error:
-        raise BagCallError(f"scheduler {address}: {error}") from error
-    with client:
-        waiting = {}
-        for k in numbers:
-            future = client.submit(attempt, jobs[k], pure=False, retries=TRIES)
-            waiting[future] = k
-        for done in distributed.as_completed(waiting):
-            if done.status == "finished":
-                yield waiting[done], done.result()
+        for k, result in on_cluster(address, attempt, pieces, TRIES):
+            if isinstance(result, Exception):
+                yield k, f"its worker failed: {result}"
             else:
-                yield waiting[done], f"its worker failed: {done.exception()}"
+                yield k, result
+    except MissingPackageError as error:
+        raise BagError("--scheduler needs dask: pip install 'hybrid-dynamics-ros[dask]'") from error
+    except InputError as error:
+        raise BagCallError(str(error)) from error

@@ -23,6 +23,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 NEEDING = {  # further options of verbs that take ROBOT
     "ik": ["--position", "0", "0.3", "0"],
+    "sweep": ["--vary", "crank=0.17:0.19:2", "-o", "sweep"],
     "tolerances": ["--tolerance", "crank=0.1*mm"],
     "size": ["--cycle", "cycle.csv", "--catalogue", "drives.csv", "--drive", "q1"],
 }

@@ -29,6 +29,7 @@ PRINTS = {  # the script, and what its output has to say
     "excavator_mpc": "off the goal at the end",
     "weighing_bucket": "with an empty run:",
     "calibrating_excavator": "reduced chi-squared",
+    "forging_design_map": "40000 designs",
     "palletizer_tolerances": "likely error (95 %): up to",
     "tilting_excavator": "teeth of the bucket:",
     "as_fast_as_the_pump_allows": "limited by",

@@ -1,0 +1,229 @@
+"""The folder of a study: what it is, and a file for each chunk that is done.
+
+Files are written under another name and then renamed, so a file that is there is whole. Its name
+has the digest of the study, so that it is of no other.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+
+from ..errors import InputError, MissingPackageError
+from ..ground.suggestions import suggestion
+from .study import Column, Study, described
+
+Format = Literal["csv", "parquet"]
+FORMATS: Final[tuple[Format, ...]] = get_args(Format)
+STUDY: Final = "study.json"
+TABLE: Final = "results.csv"
+Columns = Mapping[str, Column]
+
+
+class StudyFolder:
+    """The folder of a study.
+
+    Attributes:
+        path: the folder.
+        format: of the files: `csv` or `parquet`.
+    """
+
+    def __init__(self, path: str | Path, study: Study, file_format: str, overwrite: bool) -> None:
+        """Open the folder, or make it.
+
+        Args:
+            path: the folder.
+            study: the study.
+            file_format: `csv` or `parquet`.
+            overwrite: whether to remove the results of another study.
+
+        Raises:
+            InputError: the folder has another study, or something else.
+            MissingPackageError: Parquet needs pyarrow.
+        """
+        self.path = Path(path)
+        self.format = _format(file_format)
+        self._mark = study.digest[:12]
+        place = self.path / STUDY
+        content = {**described(study), "format": self.format}
+        if self.path.exists() and not self.path.is_dir():
+            raise InputError(f"{path}: is a file; expected a folder for the results")
+        if place.exists():
+            _require_same(place, content, overwrite=overwrite)
+        elif self.path.is_dir() and any(self.path.iterdir()):
+            raise InputError(f"{path}: has other files and no study; name a new or empty folder")
+        if not self.path.parent.is_dir():
+            raise InputError(f"{path}: there is no folder {self.path.parent}")
+        self.path.mkdir(exist_ok=True)
+        if overwrite:
+            for old in self.path.glob("part-*"):
+                old.unlink()
+            (self.path / TABLE).unlink(missing_ok=True)
+        write_atomically(place, json.dumps(content, indent=2).encode() + b"\n")
+
+    def part(self, chunk: int) -> Path:
+        """The file of a chunk."""
+        return self.path / f"part-{chunk:06d}-{self._mark}.{self.format}"
+
+    def missing(self, chunks: int) -> list[int]:
+        """The chunks that have no file."""
+        there = {path.name for path in self.path.glob(f"part-*-{self._mark}.{self.format}")}
+        return [chunk for chunk in range(chunks) if self.part(chunk).name not in there]
+
+    def write(self, chunk: int, columns: Columns) -> None:
+        """Write the file of a chunk."""
+        write_atomically(self.part(chunk), _WRITERS[self.format](columns))
+
+    def join(self, chunks: int) -> None:
+        """Join all files of CSV to one table."""
+        if self.format != "csv":
+            return
+        handle, name = tempfile.mkstemp(suffix=".new", dir=self.path)
+        with os.fdopen(handle, "wb") as file:
+            for chunk in range(chunks):
+                header, _, rows = self.part(chunk).read_bytes().partition(b"\n")
+                if not chunk:
+                    file.write(header + b"\n")
+                file.write(rows)
+        Path(name).replace(self.path / TABLE)
+
+
+def read_results(path: str | Path) -> dict[str, Column]:
+    """The columns (N,) of all chunks that are done, in the order of the designs.
+
+    Args:
+        path: the folder of a study.
+
+    Raises:
+        InputError: it is no folder of a study, or has no results yet.
+        MissingPackageError: Parquet needs pyarrow.
+    """
+    place = Path(path) / STUDY
+    if not place.is_file():
+        raise InputError(f"{path}: has no {STUDY}; expected the folder of a study")
+    content = _read(place)
+    mark, suffix = content["digest"][:12], content["format"]
+    files = sorted(Path(path).glob(f"part-*-{mark}.{suffix}"))
+    if not files:
+        raise InputError(f"{path}: has no results yet")
+    parts = [_READERS[suffix](file) for file in files]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file that is whole whenever it is there."""
+    handle, name = tempfile.mkstemp(prefix=path.name, suffix=".new", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _require_same(place: Path, content: Mapping[str, Any], *, overwrite: bool) -> None:
+    """Raise InputError if the folder has another study."""
+    before = _read(place)
+    if before == content or overwrite:
+        return
+    changed = _changes(before, content)
+    raise InputError(
+        f"{place.parent}: has the results of another study; changed: {', '.join(changed)}; name"
+        " another folder, or give overwrite to begin anew"
+    )
+
+
+def _read(place: Path) -> Any:
+    try:
+        content = json.loads(place.read_text(encoding="utf-8"))
+        content["digest"], content["digests"], content["format"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise InputError(f"{place}: is not the file of a study") from error
+    return content
+
+
+def _changes(before: Mapping[str, Any], content: Mapping[str, Any]) -> list[str]:
+    """What differs between two studies."""
+    parts = dict(before["digests"])
+    changed = [name for name, value in content["digests"].items() if parts.get(name) != value]
+    if before["format"] != content["format"]:
+        changed.append("format")
+    return changed or ["the file of the study"]
+
+
+def _format(name: str) -> Format:
+    for one in FORMATS:
+        if name == one:
+            return one
+    listed = ", ".join(FORMATS)
+    raise InputError(f"format: no '{name}'{suggestion(name, FORMATS)}; expected one of {listed}")
+
+
+# -- formats
+
+
+def _csv(columns: Columns) -> bytes:
+    cells: list[Sequence[str]] = []
+    for column in columns.values():
+        values = column.tolist()
+        cells.append(values if column.dtype.kind == "U" else list(map(repr, values)))
+    rows = [",".join(row) for row in zip(*cells, strict=True)]
+    return "\n".join([",".join(columns), *rows, ""]).encode()
+
+
+def _read_csv(path: Path) -> dict[str, Column]:
+    with path.open(encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    columns: dict[str, Column] = {}
+    for name, cells in zip(header, zip(*rows, strict=True), strict=True):
+        if name == "status":
+            columns[name] = np.array(cells)
+        elif name == "design":
+            columns[name] = np.array(list(map(int, cells)))
+        else:
+            columns[name] = np.array(list(map(float, cells)))
+    return columns
+
+
+def _parquet(columns: Columns) -> bytes:
+    arrow, parquet = _pyarrow()
+    buffer = BytesIO()
+    parquet.write_table(arrow.table(dict(columns)), buffer)
+    return buffer.getvalue()
+
+
+def _read_parquet(path: Path) -> dict[str, Column]:
+    _, parquet = _pyarrow()
+    table = parquet.read_table(path)
+    columns: dict[str, Column] = {}
+    for name in table.column_names:
+        values = table.column(name).to_numpy()
+        columns[name] = values.astype(str) if values.dtype == object else values
+    return columns
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        import pyarrow as arrow  # noqa: PLC0415 - an extra
+        from pyarrow import parquet  # noqa: PLC0415
+    except ImportError as error:
+        raise MissingPackageError("pyarrow", "parquet", "tables in Parquet") from error
+    return arrow, parquet
+
+
+_WRITERS: Final[Mapping[str, Callable[[Columns], bytes]]] = {"csv": _csv, "parquet": _parquet}
+_READERS: Final[Mapping[str, Callable[[Path], dict[str, Column]]]] = {
+    "csv": _read_csv,
+    "parquet": _read_parquet,
+}
