@@ -9,13 +9,15 @@ from typing import Final
 import numpy as np
 
 from ..algebra.independence import norm
+from ..description.geometry import rotation_about
 from ..ground.arrays import Array
 from .parts import Part
 from .projection import Projection, choose_projection, oblique
 from .scene import Scene
-from .skeleton import Skeleton
+from .skeleton import Pose, Skeleton
 
 SAME_PLACE: Final = 1e-6  # [m] between two points that are one
+TINY: Final = 1e-300  # [rad] turn without an axis
 ASIDE: Final = 0.5  # share of a displacement across a picture's plane that needs another picture
 
 
@@ -83,3 +85,26 @@ class Displacements:
             link = part.links[0]
         points = [point + scale * self.of_point(link, point) for point in part.points]
         return replace(part, points=np.array(points))
+
+
+def displaced(
+    poses: Mapping[str, Pose],
+    by_link: Mapping[str, Array],
+    scale: float,
+) -> dict[str, Pose]:
+    """Poses of links moved by multiples of their displacements.
+
+    Args:
+        poses: pose by link.
+        by_link: displacement (6,) of each link's origin and its turn, base axes [m, rad].
+        scale: the multiple.
+    """
+    moved = dict(poses)
+    for name, displacement in by_link.items():
+        rotation, origin = poses[name]
+        turn = scale * displacement[3:]
+        angle = norm(turn)
+        if angle > TINY:
+            rotation = rotation_about(turn / angle, angle) @ rotation
+        moved[name] = (rotation, origin + scale * displacement[:3])
+    return moved

@@ -92,7 +92,10 @@ class SceneView:
 
     def show(self, state: ClosedState) -> None:
         """Move every link to its pose."""
-        poses = self.shape.poses(state)
+        self.show_poses(self.shape.poses(state))
+
+    def show_poses(self, poses: Mapping[str, Pose]) -> None:
+        """Move every link to a pose, as if joints and closures gave way."""
         with self.server.atomic():
             for name, handle in self.links.items():
                 rotation, origin = poses[name]

@@ -18,6 +18,7 @@ from ..errors import HybridDynamicsError, StateError
 from ..ground.arrays import Array
 from ..kinematics.inverse_kinematics import follow_position
 from ..robot.robot import Robot
+from ..stiffness import Modes
 from .effort_scale import EffortScale
 from .motion import Motion
 
@@ -176,6 +177,14 @@ class ViewSession:
             HybridDynamicsError: they cannot be computed.
         """
         return self.robot.reactions(self.state, self._accelerations(), self._loads()).pins
+
+    def natural_modes(self) -> Modes:
+        """Natural modes at the present state, with the payload and drives locked.
+
+        Raises:
+            HybridDynamicsError: there are none.
+        """
+        return self.robot.stiffness(self.state).modes(self._loads())
 
     def _accelerations(self) -> Array:
         """(n,) accelerations of the active joints."""

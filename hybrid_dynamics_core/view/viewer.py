@@ -21,6 +21,7 @@ from .camera_fit import CameraFit
 from .gui_events import Action, set_value
 from .motion import Motion
 from .overlays import overlays_of
+from .overlays.vibration import VibrationOverlay
 from .panel import Panel
 from .scene_view import SceneView, rgb
 from .session import ViewSession
@@ -175,7 +176,7 @@ class Viewer:
         """Serve until `end` or KeyboardInterrupt, which is raised."""
         last = time.monotonic()
         while not self._ended:
-            if self.panel.playing or self.interpolation.moving:
+            if self.panel.playing or self.interpolation.moving or self.swinging:
                 self.step(max(last + FRAME - time.monotonic(), 0.0))
                 now = time.monotonic()
                 if now - last >= FRAME:
@@ -198,6 +199,21 @@ class Viewer:
         elif self.interpolation.moving:
             self.interpolation.tick(elapsed)
             self.scene_view.show(self.interpolation.state)
+        elif self.vibration is not None:
+            self.vibration.tick(elapsed)
+
+    @property
+    def vibration(self) -> VibrationOverlay | None:
+        """The overlay of natural modes; None if nothing is elastic."""
+        for overlay in self.overlays:
+            if isinstance(overlay, VibrationOverlay):
+                return overlay
+        return None
+
+    @property
+    def swinging(self) -> bool:
+        """Whether the robot swings in a natural mode."""
+        return self.vibration is not None and self.vibration.moving
 
     def end(self) -> None:
         """Let `run` return; callable from any thread."""

@@ -14,6 +14,8 @@ from hybrid_dynamics_core.scene.scene import build_scene
 from hybrid_dynamics_core.scene.skeleton import place_skeleton
 from hybrid_dynamics_core.stiffness import Elasticity, stiffness_map
 from tests.cli.calling import call
+from tests.stiffness.machines import CRANE
+from tests.stiffness.machines import machine as machine_of
 
 DRIVES = {"slew": 5e7, "boom_cylinder": 5e7}
 WORDS = ("--drive", "slew=50e6*N*m/rad", "--drive", "boom_cylinder=50*kN/mm")
@@ -128,3 +130,37 @@ def test_a_map_has_what_each_state_has(machine):
         stiffness_map(machine, ("slow", "slew"), [0, 0, 1.0], elasticity=soft)
     with pytest.raises(InputError, match="expected 3 finite numbers"):
         stiffness_map(machine, joints, [0, 0], elasticity=soft)
+
+
+def test_the_view_lists_modes_and_swings_in_one():
+    pytest.importorskip("viser", reason="viser, the extra `view`, is not installed")
+    from hybrid_dynamics_core.view import open_viewer
+
+    crane = machine_of(CRANE)
+    viewer = open_viewer(crane, port=0)
+    try:
+        overlay = viewer.vibration
+        assert overlay is not None
+        modes = crane.stiffness(crane.close(crane.reference)).modes()
+        assert f"{modes.frequencies[0]:.4g} Hz" in overlay.html.content
+        assert not viewer.swinging
+        overlay.chosen.value = "1"
+        assert viewer.swinging
+        origins = {name: np.array(link.position) for name, link in viewer.scene_view.links.items()}
+        overlay.tick(0.5)  # a quarter of a swing
+        size = viewer.scene_view.shape.size
+        shift = viewer.scene_view.links["rod"].position - origins["rod"]
+        assert 0.0 < np.linalg.norm(shift) < 0.1 * size
+        assert np.allclose(viewer.scene_view.links["base"].position, origins["base"])
+        way = modes.links["rod"][0, :3]
+        assert abs(shift @ way) == pytest.approx(np.linalg.norm(shift) * np.linalg.norm(way))
+        overlay.tick(0.5)  # half of one: back in the middle
+        assert np.allclose(viewer.scene_view.links["rod"].position, origins["rod"], atol=1e-9)
+    finally:
+        viewer.close()
+    viewer = open_viewer(load("five_bar"), port=0)
+    try:
+        assert viewer.vibration is None
+        assert not viewer.swinging
+    finally:
+        viewer.close()

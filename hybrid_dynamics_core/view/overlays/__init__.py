@@ -13,6 +13,7 @@ from .lifting import LiftingOverlay
 from .pins import PinsOverlay
 from .pressures import PressuresOverlay
 from .tool import ToolOverlay
+from .vibration import VibrationOverlay
 
 __all__ = ["Overlay", "overlays_of"]
 
@@ -41,6 +42,8 @@ def overlays_of(
         overlays.append(PressuresOverlay(server, session))
     if robot.description.closures:
         overlays.append(PinsOverlay(server, session, view.shape, view.camera, enqueue))
+    if VibrationOverlay.has_use_for(robot):
+        overlays.append(VibrationOverlay(server, session, view, enqueue))
     if LiftingOverlay.has_use_for(robot):
         overlays.append(LiftingOverlay(server, session, enqueue))
     return overlays
