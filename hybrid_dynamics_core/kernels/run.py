@@ -28,7 +28,7 @@ from .threads import in_parts
 from .trace import Trace, Traceable, trace
 
 Codes = NDArray[np.int64]
-_FORMS: tuple[Form, ...] = ("one", "rows", "path", "xla_one", "xla_rows")
+_FORMS: tuple[Form, ...] = ("one", "rows", "path", "xla_one", "xla_rows", "xla_32")
 VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
 _MAY_MAKE: ContextVar[bool] = ContextVar("kernels may be made", default=True)
 

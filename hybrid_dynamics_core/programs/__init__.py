@@ -24,6 +24,7 @@ from .model import Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind, kinds
 from .reactions import reactions
 from .regressor import regressor
+from .rounded import SLACK_32, of_rounded
 from .steps import TARGET, ik_step
 from .warm_start import PLACE, STEP, warm_started
 
@@ -33,6 +34,7 @@ __all__ = [
     "HYDRAULICS",
     "MOTION",
     "PLACE",
+    "SLACK_32",
     "STEP",
     "TARGET",
     "Inputs",
@@ -56,6 +58,7 @@ __all__ = [
     "kinds",
     "minimal_form",
     "motion",
+    "of_rounded",
     "passive_forces",
     "pose_and_jacobian",
     "reactions",

@@ -194,15 +194,40 @@ def test_functions_are_mapped_and_compiled():
     agree(mapped, np.asarray(whole))
 
 
-def test_32_bits_have_five_digits():
-    robot = shared("five_bar")
-    u, du, ddu = states(robot, 20)
-    right = robot.kernels.inverse_dynamics(u, du, ddu)
-    tau, status = robot.jax.inverse_dynamics(*(x.astype(np.float32) for x in (u, du, ddu)))
+@pytest.mark.parametrize(
+    ("case", "error"),
+    [
+        ("five_bar", 2e-7),  # rounded once
+        ("ankle", 2e-7),
+        ("five_bar traced", 2e-5),  # a sum of some hundred products, each rounded to 6e-8
+    ],
+)
+def test_digits_of_32_bits(case, error):
+    robot, calls = robot_and_calls(case)
+    rounded = [x.astype(np.float32) for x in states(robot, 20)]
+    right = robot.kernels.inverse_dynamics(*(x.astype(float) for x in rounded))
+    tau, status = calls.inverse_dynamics(*rounded)
     assert tau.dtype == np.float32
     assert not np.any(status)
-    # a sum of some hundred products, each rounded to 6e-8
-    assert np.abs(np.asarray(tau) - right).max() < 2e-5 * np.abs(right).max()
+    assert np.abs(np.asarray(tau) - right).max() < error * np.abs(right).max()
+    one, _ = calls.inverse_dynamics(*(x[0] for x in rounded))
+    assert np.abs(np.asarray(one) - right[0]).max() < error * np.abs(right).max()
+    moved, status = calls.step(rounded[0][0])
+    assert status == OutcomeKind.CLOSED
+    _, status = calls.step(rounded[0][0], start=moved)  # a rounded start is closed too
+    assert status == OutcomeKind.CLOSED
+    slope = jax.jacobian(lambda u: calls.inverse_dynamics(u, *(x[0] for x in rounded[1:]))[0])
+    state = robot.close(rounded[0][0].astype(float), rounded[1][0].astype(float))
+    exact = robot.inverse_dynamics_derivatives(state, rounded[2][0].astype(float))[0]
+    assert np.abs(np.asarray(slope(rounded[0][0])) - exact).max() < 10 * error * np.abs(exact).max()
+
+
+def test_without_64_bits_arrays_become_32_bits():
+    robot = shared("five_bar")
+    with jax.enable_x64(False):
+        tau, status = robot.jax.inverse_dynamics(*states(robot, 3))
+    assert tau.dtype == np.float32
+    assert not np.any(status)
 
 
 @pytest.mark.sweep(sample="test_what_does_not_close_is_nan_with_its_status")

@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 
 from ...ground.lazy import lazy
+from ..ir.module import Form
 from ..llvm import LoadedCode
 from ..run import Kernel
 
@@ -23,13 +24,14 @@ _REGISTERED: list[LoadedCode] = []  # XLA may call them at any time
 
 
 class Handler:
-    """A kernel that XLA calls, as a function of vectors of 64 bits.
+    """A kernel that XLA calls, as a function of vectors of 64 or 32 bits.
 
     Each is (size,) for all states, or (..., size). Those with leading axes have the same ones.
     """
 
-    def __init__(self, kernel: Kernel) -> None:
+    def __init__(self, kernel: Kernel, bits: int) -> None:
         self._kernel = kernel
+        self._bits = bits
         self._shapes = [shape for _, shape in kernel.layout]
         self._mapped = jax.custom_batching.custom_vmap(self._run)
         self._mapped.def_vmap(self._run_mapped)
@@ -42,12 +44,15 @@ class Handler:
     @lazy
     def _one(self) -> str:
         """Name of the code for one state."""
+        if self._bits == 32:
+            return self._rows
         return _registered(self._kernel.handler("xla_one"))
 
     @lazy
     def _rows(self) -> str:
         """Name of the code for many states."""
-        return _registered(self._kernel.handler("xla_rows"))
+        form: Form = "xla_rows" if self._bits == 64 else "xla_32"
+        return _registered(self._kernel.handler(form))
 
     def _run(self, *vectors: Array) -> Results:
         """The call, with rows for all leading axes."""
@@ -57,8 +62,9 @@ class Handler:
         for vector in vectors:
             axes = (count,) if vector.ndim > 1 else ()
             rows.append(vector.reshape(*axes, vector.shape[-1]))
-        types = [jax.ShapeDtypeStruct((count, *shape), jnp.float64) for shape in self._shapes]
-        types.append(jax.ShapeDtypeStruct((count,), jnp.int64))
+        real, integer = f"float{self._bits}", f"int{self._bits}"
+        types = [jax.ShapeDtypeStruct((count, *shape), real) for shape in self._shapes]
+        types.append(jax.ShapeDtypeStruct((count,), integer))
         name = self._one if count == 1 else self._rows
         *outs, status = jax.ffi.ffi_call(name, types)(*rows)
         shaped = []

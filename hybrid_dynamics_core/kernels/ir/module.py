@@ -13,11 +13,11 @@ from .held_entry import DECLARATIONS, held_entry
 from .sincos import sincos_functions
 from .states import one_functions, path_function, rows_function, wide_functions
 from .text import declarations
-from .xla_entry import xla_one_entry, xla_rows_entry
+from .xla_entry import xla_32_entry, xla_one_entry, xla_rows_entry
 
 # for one state, for rows side by side, and for rows that each start from the previous one; the same
-# two for XLA
-Form = Literal["one", "rows", "path", "xla_one", "xla_rows"]
+# two for XLA, and rows of 32 bits for XLA
+Form = Literal["one", "rows", "path", "xla_one", "xla_rows", "xla_32"]
 
 
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
@@ -36,6 +36,8 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
         parts += [held_entry(trace, header)]
     elif form == "xla_one":
         parts += [*one_functions(trace), xla_one_entry(trace)]
+    elif form == "xla_32":
+        parts += [*one_functions(trace), xla_32_entry(trace)]
     elif form == "path":
         parts += [*one_functions(trace), path_function(trace), path_entry(trace, header)]
     else:

@@ -7,7 +7,10 @@ of 64 bits. The caller has checked types and shapes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ..trace import Trace
+from .states import sizes
 from .text import Function
 
 # offsets in bytes
@@ -37,15 +40,39 @@ def xla_rows_entry(trace: Trace) -> str:
     """`@call(frame)`: computes all rows by `@rows`, and returns null, which is no error."""
     frame = _Frame(trace)
     f = frame.f
-    rows = f.load(_field(f, frame.status, _LENGTHS), kind="i64")
-    given = [f"i64 {rows}"]
-    for place, buffer, size in zip(frame.inputs(), frame.arguments, trace.inputs, strict=True):
-        rank = _field(f, buffer, _RANK, "i64")
-        is_shared = f.let(f"icmp eq i64 {rank}, 1")
-        stride = f.let(f"select i1 {is_shared}, i64 0, i64 {size}")
+    given = [f"i64 {frame.rows()}"]
+    for place, stride in zip(frame.inputs(), frame.strides(trace.inputs), strict=True):
         given += [f"ptr {place}", f"i64 {stride}"]
     given += [f"ptr {place}" for place in (*frame.outs(), frame.data(frame.status))]
     f.do(f"call void @rows({', '.join(given)})")
+    return frame.text()
+
+
+def xla_32_entry(trace: Trace) -> str:
+    """`@call(frame)`: the rows one after the other, of numbers and a status of 32 bits.
+
+    They are computed in 64 bits.
+    """
+    frame = _Frame(trace)
+    f = frame.f
+    sources, strides = frame.inputs(), frame.strides(trace.inputs)
+    targets, status = frame.outs(), frame.data(frame.status)
+    inputs = [f.slot("double", size) for size in trace.inputs]
+    outs = [f.slot("double", size) for size in sizes(trace)]
+    with f.loop(0, frame.rows()) as row:
+        for source, stride, slot, size in zip(sources, strides, inputs, trace.inputs, strict=True):
+            first = f.let(f"mul i64 {row}, {stride}")
+            with f.loop(0, size) as k:
+                value = f.load(source, first, k, kind="float", align=4)
+                f.store(f.let(f"fpext float {value} to double"), slot, k)
+        pointers = ", ".join(f"ptr {slot}" for slot in (*inputs, *outs))
+        code = f.let(f"call i64 @one({pointers})")
+        f.store(f.let(f"trunc i64 {code} to i32"), status, row, kind="i32", align=4)
+        for slot, target, size in zip(outs, targets, sizes(trace), strict=True):
+            first = f.product(row, size)
+            with f.loop(0, size) as k:
+                value = f.let(f"fptrunc double {f.load(slot, k)} to float")
+                f.store(value, target, first, k, kind="float", align=4)
     return frame.text()
 
 
@@ -93,6 +120,20 @@ class _Frame:
     def inputs(self) -> list[str]:
         """Data of the inputs."""
         return [self.data(buffer) for buffer in self.arguments]
+
+    def strides(self, widths: Sequence[int]) -> list[str]:
+        """From row to row of the inputs [numbers]; 0 for a vector that all rows share."""
+        f = self.f
+        strides = []
+        for buffer, width in zip(self.arguments, widths, strict=True):
+            rank = _field(f, buffer, _RANK, "i64")
+            is_shared = f.let(f"icmp eq i64 {rank}, 1")
+            strides.append(f.let(f"select i1 {is_shared}, i64 0, i64 {width}"))
+        return strides
+
+    def rows(self) -> str:
+        """Number of rows."""
+        return self.f.load(_field(self.f, self.status, _LENGTHS), kind="i64")
 
     def outs(self) -> list[str]:
         """Data of the outputs."""

@@ -5,8 +5,8 @@
 
 They can be compiled by `jax.jit`, mapped by `jax.vmap` and differentiated by `jax.grad`. The
 derivatives are exact: they are those of `robot.inverse_dynamics_derivatives` and the like, of the
-same programs. They are not derivatives of iterations. On a CPU, in 64 bits, XLA calls the compiled
-kernels of the library. Elsewhere the programs are traced, and XLA compiles them.
+same programs. They are not derivatives of iterations. On a CPU, XLA calls the compiled kernels
+of the library. Elsewhere the programs are traced, and XLA compiles them.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class JaxCalls(FunctionCalls):
     broadcast against each other. A call returns its results and then `status`, an int32 array: 0
     (CLOSED), or the number of another `OutcomeKind`. With another one the results are NaN.
 
-    The type is that of the arguments, float32 unless `jax_enable_x64` is set. In 32 bits results
-    have about five digits, and the checks allow for that.
+    The type is that of the arguments, float32 unless `jax_enable_x64` is set. On a CPU, results of
+    32 bits are rounded once. Traced calls have about five digits there. The checks allow for that.
 
     Dynamics also take `gravity` (3,) [m/s^2]. All calls take `start`, the reference configuration
     by default. Loops without a closed form are closed from there in one smooth move. The status is
@@ -104,7 +104,7 @@ class JaxCalls(FunctionCalls):
 
     def _function(self, call: Call) -> Callable[..., tuple[Any, Array]]:
         """The function of a call: vectors -> results in their shapes, status."""
-        native = NativeCall(call, self._tracer)
+        native = {bits: NativeCall(call, self._tracer, bits) for bits in (64, 32)}
         traced = TracedCall(call, self._tracer)
 
         def function(*vectors: Array) -> tuple[list[Array], Array]:
@@ -112,9 +112,11 @@ class JaxCalls(FunctionCalls):
             by_name = zip(call.inputs, vectors, strict=False)
             dtype = jnp.result_type(*[vector for name, vector in by_name if name != "gravity"])
             batch = jnp.broadcast_shapes(*[vector.shape[:-1] for vector in vectors])
-            if dtype == jnp.float64 and self._is_native:
-                flat, status = _evaluated(call, native, _with_axes(vectors, dtype, batch))
-                return _shaped(flat, batch, native.layout), status
+            bits = 8 * dtype.itemsize
+            if bits in native and self._is_native:
+                form = native[bits]
+                flat, status = _evaluated(call, form, _with_axes(vectors, dtype, batch))
+                return _shaped(flat, batch, form.layout), status
             alike = [_alike(vector, dtype, batch) for vector in vectors]
             flat, status = _evaluated(call, traced, alike)
             return _shaped(flat, batch, traced.layout), status

@@ -1,4 +1,4 @@
-"""A call by the machine code of the library: for CPUs, in 64 bits.
+"""A call by the machine code of the library, for CPUs. It computes in 64 bits.
 
 Values and first derivatives are compiled kernels, which XLA calls. Derivatives of the derivatives
 are those of the traced call.
@@ -17,7 +17,7 @@ from ...ground.lazy import lazy
 from ...kernels.frameworks import jax_functions
 from ...kernels.frameworks.jax_handlers import Handler
 from ...kernels.run import Kernel
-from ...programs import Program, kinds
+from ...programs import Program, kinds, of_rounded
 from .calls import Call, CallTracer
 from .jax_traced import components, exactly
 
@@ -27,14 +27,15 @@ Array = Any  # jax.Array
 class _Part:
     """A compiled program of a call, whose constants are held."""
 
-    def __init__(self, program: Program, tracer: CallTracer, label: str) -> None:
+    def __init__(self, program: Program, tracer: CallTracer, label: str, bits: int) -> None:
+        self._bits = bits
         self._kernel = tracer.kernel(program, label)
         self._inputs = program.inputs
         self._constants = tracer.constants
 
     @lazy
     def _handler(self) -> Handler:
-        return Handler(self._kernel)
+        return Handler(self._kernel, self._bits)
 
     @property
     def kernel(self) -> Kernel:
@@ -44,21 +45,27 @@ class _Part:
     def __call__(self, named: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         """Results by name, and the status of the kernel."""
         values = {**self._constants, **named}
-        outs, status = self._handler([jnp.asarray(values[name]) for name in self._inputs])
+        kind = f"float{self._bits}"
+        vectors = [jnp.asarray(values[name]).astype(kind) for name in self._inputs]
+        outs, status = self._handler(vectors)
         return dict(zip(self._kernel.names, outs, strict=True)), status
 
 
 class NativeCall:
-    """Values and derivatives of a call by compiled kernels."""
+    """Values and derivatives of a call by compiled kernels, of numbers of 64 or 32 bits."""
 
-    def __init__(self, call: Call, tracer: CallTracer) -> None:
+    def __init__(self, call: Call, tracer: CallTracer, bits: int) -> None:
+        self._bits = bits
         self._call = call
         self._tracer = tracer
         self._slopes: dict[tuple[str, ...], Any] = {}
 
     @lazy
     def _values(self) -> _Part:
-        return _Part(self._tracer.program(self._call), self._tracer, self._call.name)
+        program = self._tracer.program(self._call)
+        if self._bits == 32:
+            program = of_rounded(program)
+        return _Part(program, self._tracer, self._call.name, self._bits)
 
     @lazy
     def layout(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
@@ -94,7 +101,7 @@ class NativeCall:
         parts: list[tuple[_Part, Mapping[str, str]]] = []
         for program, results in self._tracer.slope_programs(self._call, by):
             label = f"{self._call.name}_by_{'_'.join(results)}"
-            parts.append((_Part(program, self._tracer, label), results))
+            parts.append((_Part(program, self._tracer, label, self._bits), results))
 
         def slopes(*vectors: Array) -> list[Array]:
             named = self._named(vectors)

@@ -11,16 +11,10 @@ import jax.numpy as jnp
 from ...ground.lazy import lazy
 from ...kernels.frameworks import jax_functions
 from ...kernels.trace import Check, Trace
-from ...programs import OutcomeKind
+from ...programs import SLACK_32, OutcomeKind
 from .calls import Call, CallTracer
 
 Array = Any  # jax.Array
-# rounding of checks in 32 bits: nearly closed counts as closed, nearly singular as singular
-_TOLERANCES_32 = {
-    OutcomeKind.UNREACHABLE: 2e-5,
-    OutcomeKind.JUMP: 2e-5,
-    OutcomeKind.MASS_SINGULAR: -1e-6,
-}
 
 
 class TracedCall:
@@ -88,4 +82,4 @@ def _tolerance(dtype: Any) -> Callable[[Check], float]:
     """By how much the value of a check may be below its threshold, for rounding."""
     if dtype == jnp.float64:
         return exactly
-    return lambda check: _TOLERANCES_32.get(OutcomeKind(check.code), 0.0)
+    return lambda check: SLACK_32.get(OutcomeKind(check.code), 0.0)
