@@ -22,6 +22,7 @@ PLACES = (
     "closure",
     "description/actuators.py",
     "description/effects.py",
+    "description/elasticity",
     "description/model.py",
     "description/rigid_body.py",
     "dynamics",
