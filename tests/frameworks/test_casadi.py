@@ -55,6 +55,25 @@ def test_functions_have_the_values_and_derivatives_of_the_library(name):
         agree(ours, right, 1e-10)  # through the solved loops
 
 
+@pytest.mark.parametrize("name", ["forging_chu2020", "ankle"])
+def test_second_derivatives_are_those_of_the_exact_first_ones(name):
+    robot = load(name)
+    u, du, ddu = one_state(robot)
+    x = casadi.MX.sym("u", len(u))
+    total = casadi.sum1(robot.casadi.inverse_dynamics(x, du, ddu)[0])
+    second = casadi.Function("second", [x], [casadi.hessian(total, x)[0]])(u)
+    step = 1e-6
+    numeric = []
+    for unit in np.eye(len(u)):
+        slopes = []
+        for sign in (1.0, -1.0):
+            state = robot.close(u + sign * step * unit, du)
+            slopes.append(robot.inverse_dynamics_derivatives(state, ddu)[0].sum(axis=0))
+        numeric.append((slopes[0] - slopes[1]) / (2.0 * step))
+    # central differences of a step of 1e-6 have about nine digits
+    agree(second, np.array(numeric), 1e-7)
+
+
 def test_what_does_not_close_has_its_status():
     robot = load("forging_chu2020")
     u = robot.reference.copy()
