@@ -7,7 +7,7 @@ import platform
 from importlib import metadata
 from pathlib import Path
 
-PACKAGES = ("numpy", "llvmlite", "pin", "mujoco", "drake", "casadi", "jax", "jaxlib")
+PACKAGES = ("numpy", "llvmlite", "pin", "mujoco", "drake", "exudyn", "casadi", "jax", "jaxlib")
 
 
 def processor() -> str:

@@ -55,7 +55,7 @@ def four_bars(t: Array, count: int) -> Array:
 
 def slider_crank(t: Array) -> Array:
     """Rows (x, x') of the slider of the spatial slider-crank, the crank upright with 6 rad/s."""
-    angle, rate = _one_freedom(_slider_energies, t, (0.0, 6.0))
+    angle, rate = one_freedom(_slider_energies, t, (0.0, 6.0), 1e-13)
     turned = angle + 1j * STEP
     place = _slider(turned)[2]
     return np.column_stack([place.real, place.imag / STEP * rate])
@@ -86,19 +86,28 @@ def _slider_energies(angle: AnyArray) -> tuple[AnyArray, AnyArray]:
     return inertia, GRAVITY * height
 
 
-def _one_freedom(
-    energies: Callable[[AnyArray], tuple[AnyArray, AnyArray]],
+def one_freedom(
+    energies: Callable[[Any], tuple[Any, Any]],
     t: Array,
     start: tuple[float, float],
+    tolerance: float,
 ) -> tuple[Array, Array]:
-    """Angle and rate under (inertia, potential) of the angle, by Lagrange's equation."""
+    """Angle and rate under (inertia, potential) of the angle, by Lagrange's equation.
+
+    Args:
+        energies: of a complex angle, analytic.
+        t: (N,) [s].
+        start: angle and rate.
+        tolerance: of DOP853, relative and absolute.
+    """
 
     def slope(_: float, y: Array) -> list[float]:
         inertia, potential = energies(y[0] + 1j * STEP)
         push = 0.5 * inertia.imag * y[1] ** 2 + potential.imag
         return [y[1], -push / STEP / inertia.real]
 
-    answer = solve_ivp(slope, (t[0], t[-1]), start, "DOP853", t_eval=t, rtol=1e-13, atol=1e-13)
+    span = (t[0], t[-1])
+    answer = solve_ivp(slope, span, start, "DOP853", t_eval=t, rtol=tolerance, atol=tolerance)
     return answer.y[0], answer.y[1]
 
 

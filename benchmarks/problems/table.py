@@ -1,54 +1,72 @@
-"""The table of problems in Markdown."""
+"""The tables of problems in Markdown."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
-from benchmarks.table import time_text
+from benchmarks.table import ratio_text, time_text
 
 from .catalogue import Problem
-from .solve import Answer
+from .sides import OURS, SIMULATE
+from .turns import Result
 
-HEAD = [
-    "| problem | reference | error asked | reached | energy drift [J] | time | simulated |",
-    "|---|---|---:|---:|---:|---:|---:|",
-]
-USUAL = 1e-9  # relative tolerance of `simulate`
-
-
-@dataclass(frozen=True)
-class Row:
-    """A problem and its answers, one for each tolerance that it was solved with."""
-
-    problem: Problem
-    answers: Sequence[Answer]
-
-    def cheapest(self) -> Answer:
-        """The loosest tolerance that reaches what is asked; 1e-9 without a reference.
-
-        Raises:
-            ValueError: none does.
-        """
-        for answer in self.answers:
-            if answer.reached <= self.problem.asked:
-                return answer
-            if self.problem.reference is None and answer.setting == USUAL:
-                return answer
-        raise ValueError(f"{self.problem.title}: the accuracy asked is not reached")
+TITLES = {
+    OURS: "ours, C export",
+    SIMULATE: "ours, `simulate`",
+    "exudyn": "Exudyn",
+    "mujoco": "MuJoCo",
+    "pinocchio": "Pinocchio",
+    "drake": "Drake",
+}
+Rows = Mapping[str, Sequence[Result]]  # by name of the problem
 
 
-def lines(rows: Sequence[Row]) -> list[str]:
-    """One line a problem."""
-    table = list(HEAD)
-    for row in rows:
-        problem = row.problem
-        answer = row.cheapest()
-        asked, reached = f"{problem.asked:.0e}", f"{answer.reached:.1e}"
-        if math.isnan(answer.reached):
-            asked = reached = "-"
-        cells = [problem.title, problem.source, asked, reached, f"{answer.drift:.1e}"]
-        cells += [time_text(answer.seconds), f"{problem.end:g} s"]
-        table.append(f"| {' | '.join(cells)} |")
+def times(problems: Sequence[Problem], rows: Rows, sides: Sequence[str]) -> list[str]:
+    """One line a problem: CPU time to the accuracy asked, and how many times that of ours in C."""
+    head = ["problem", *(TITLES[side] for side in sides)]
+    table = [_line(head), _line(["---", *["---:"] * len(sides)])]
+    for problem in problems:
+        results = {result.side: result for result in rows[problem.name]}
+        ours = results.get(OURS)
+        cells = [_cell(results[side], ours) for side in sides]
+        table.append(_line([problem.title, *cells]))
     return table
+
+
+def _cell(result: Result, ours: Result | None) -> str:
+    """A time and its ratio to ours; what was reached where that is not enough."""
+    best = result.best
+    if math.isnan(best.seconds):
+        return result.trouble or "no end"
+    time = time_text(best.seconds)
+    if not result.is_reached:
+        return f"not reached: {best.error:.0e} in {time}"
+    if ours is None or result.side == OURS:
+        return f"**{time}**"
+    return f"{time} ({ratio_text(best.seconds / ours.best.seconds)})"
+
+
+def accuracies(problems: Sequence[Problem], rows: Rows) -> list[str]:
+    """One line a problem: what this library reaches within those times."""
+    head = ["problem", "reference", "error asked"]
+    head += ["C export: error", "drift [J]", "`simulate`: error", "drift [J]", "simulated"]
+    table = [_line(head), _line(["---", "---", *["---:"] * 6])]
+    for problem in problems:
+        cells = [problem.title, problem.source, f"{problem.asked:.0e}"]
+        results = {result.side: result for result in rows[problem.name]}
+        for side in (OURS, SIMULATE):
+            best = results[side].best
+            cells += [f"{best.error:.1e}", _drift(best.drift)]
+        table.append(_line([*cells, f"{problem.end:g} s"]))
+    return table
+
+
+def _drift(drift: float) -> str:
+    if math.isnan(drift):
+        return "-"
+    return f"{drift:.1e}"
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"

@@ -1,0 +1,1 @@
+"""The problems as users of other engines model them."""
