@@ -5,8 +5,16 @@ from .cylinders import BORES, Bore, size_bores
 from .four_bar import Dyad, FourBar, burmester, centre, freudenstein, through_poses
 from .problem import Design
 from .quantity import Quantity, joined
+from .recipes import Recipe, keep_regular, level_force
 from .solution import DesignResult
 from .solvers import Method
+from .straight_line import (
+    StraightLine,
+    Straightness,
+    chebyshev_lambda,
+    straight_line,
+    straightness,
+)
 
 __all__ = [
     "BORES",
@@ -19,10 +27,18 @@ __all__ = [
     "FourBar",
     "Method",
     "Quantity",
+    "Recipe",
+    "StraightLine",
+    "Straightness",
     "burmester",
     "centre",
+    "chebyshev_lambda",
     "freudenstein",
     "joined",
+    "keep_regular",
+    "level_force",
     "size_bores",
+    "straight_line",
+    "straightness",
     "through_poses",
 ]

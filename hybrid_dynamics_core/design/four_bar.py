@@ -74,6 +74,40 @@ reference:
         """The four-bar as a robot, driven at its crank."""
         return Robot(parse_description(self.description()))
 
+    def coupler_path(self, point: ArrayLike, crank: ArrayLike) -> Array:
+        """Places of a point of the coupler (N, 2) [m], on the assembly mode of the configuration.
+
+        Args:
+            point: from the pin of the crank, along the coupler and across (2,) [m].
+            crank: angles of the crank (N,) [rad].
+
+        Raises:
+            InputError: the four-bar does not close at an angle.
+        """
+        along, across = real_array("point", point).tolist()
+        angles = real_array("crank", crank)
+        starts = self.crank * np.exp(1j * angles)  # in the complex plane
+        turns = self._coupler_turns(starts)
+        if not np.isfinite(turns).all():
+            worst = float(angles[np.argmin(np.isfinite(turns))])
+            raise InputError(f"the four-bar does not close where its crank is at {worst:g} rad")
+        places = starts + turns * complex(along, across)
+        return np.column_stack([places.real, places.imag])
+
+    def _coupler_turns(self, starts: np.ndarray) -> np.ndarray:
+        """Directions of the coupler as complex numbers (N,); NaN where it does not close."""
+        first = self.crank * np.exp(1j * self.crank_angle)
+        end = self.ground + self.rocker * np.exp(1j * self.rocker_angle)
+        product = (self.ground - first) * np.conj(end - first)
+        side = -np.sign(product.imag)
+        ways = self.ground - starts
+        sizes = np.abs(ways)
+        squares = sizes**2 + self.coupler**2 - self.rocker**2
+        cosines = squares / (2.0 * self.coupler * sizes)
+        with np.errstate(invalid="ignore"):
+            bends = np.arccos(cosines)
+        return np.asarray(ways / sizes * np.exp(1j * side * bends))
+
 
 class Dyad(NamedTuple):
     """A bar between the ground and a moving body.

@@ -140,6 +140,11 @@ class Design:
         runs = [program.solve(start, method) for start in self._starts(starts)]
         return result_of(self._robot, self.names, program, runs)
 
+    def has_limits(self, name: str) -> bool:
+        """Whether a coordinate has limits on both sides in the description."""
+        lower, upper = self._robot.description.joints[name].limits
+        return math.isfinite(upper - lower)
+
     # -- variables
 
     def _bounds(self, variables: Bounds) -> tuple[Array, Array]:

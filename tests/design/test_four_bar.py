@@ -12,7 +12,10 @@ from hybrid_dynamics_core.design import (
     FourBar,
     burmester,
     centre,
+    chebyshev_lambda,
     freudenstein,
+    straight_line,
+    straightness,
     through_poses,
 )
 from hybrid_dynamics_core.kernels.run import VARIABLE
@@ -155,3 +158,77 @@ def test_a_circle_does_not_depend_on_the_origin(away: float) -> None:
     dyad = centre(poses, [0.009, 0.0])
     assert np.allclose(dyad.fixed, (0.01 + away, away), atol=1e-8)
     assert dyad.length == pytest.approx(0.008, rel=1e-6)
+
+
+def test_chebyshevs_lambda_goes_four_cranks_on_a_half_turn() -> None:
+    """Its point goes 4 cranks in half a turn of the crank, straight to 0.25 % of that."""
+    found = chebyshev_lambda(crank=0.2).straightness()
+    assert found.length == pytest.approx(0.8, rel=1e-5)
+    assert 0.0024 < found.ratio < 0.0025
+
+
+def test_a_coupler_point_is_where_the_robot_has_it() -> None:
+    line = chebyshev_lambda()
+    robot = line.bar.robot()
+    middle = np.array([0.5 * line.bar.coupler, 0.0])  # the end effector
+    cranks = np.pi + np.array([-0.8, 0.0, 0.9])
+    places = line.bar.coupler_path(middle, cranks)
+    state = robot.close(cranks[:, None])
+    assert np.allclose(robot.forward_kinematics(state).position[:, :2], places, atol=1e-9)
+
+
+def test_chebyshevs_two_straight_lines_are_cognates() -> None:
+    """Roberts and Chebyshev: the lambda mechanism and the crossed bars 4, 5, 2, 5 draw one curve.
+
+    The middle of the crossed coupler has the height 4 at its ends and in the middle of the line.
+    Both curves are sampled, which leaves 1e-4 of their deviations.
+    """
+    half = np.arctan2(4.0, 3.0)
+    crossed = FourBar(4.0, 5.0, 2.0, 5.0, half, np.pi - half)
+    three = crossed.coupler_path([1.0, 0.0], [np.arctan2(3.0, 4.0), half, np.pi / 2.0])
+    assert np.allclose(three[:, 1], 4.0)
+    cranks = np.linspace(np.arctan2(3.0, 4.0), np.pi / 2.0, 2000)
+    found = straightness(crossed.coupler_path([1.0, 0.0], cranks))
+    other = chebyshev_lambda().straightness()
+    assert found.length == pytest.approx(other.length, rel=1e-5)
+    assert found.deviation == pytest.approx(other.deviation, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("span", "ground", "coupler"), [(60.0, 2.900, 3.850), (100.0, 2.725, 3.588)]
+)
+def test_nortons_table_of_straight_lines(span: float, ground: float, coupler: float) -> None:
+    """Proportions in cranks; the table's are rounded to steps of 1/40."""
+    found = straight_line(np.deg2rad(span))
+    assert found.bar.ground == pytest.approx(ground, abs=0.0125)
+    assert found.bar.coupler == pytest.approx(coupler, abs=0.0125)
+    assert (
+        found.straightness().ratio
+        < 0.5 * chebyshev_lambda(span=np.deg2rad(span)).straightness().ratio
+    )
+
+
+@examples(24)
+@given(seed=st.integers(0, 10_000))
+def test_straightness_turns_and_grows_with_the_points(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(20, 2)) * [3.0, 0.1]
+    found = straightness(points)
+    turn = np.exp(1j * rng.uniform(0.0, 6.0)) * rng.uniform(0.5, 2.0)
+    other = (points @ [1.0, 1j]) * turn + complex(3.0, -1.0)
+    moved = straightness(np.column_stack([other.real, other.imag]))
+    assert moved.deviation == pytest.approx(abs(turn) * found.deviation, rel=1e-9)
+    assert moved.ratio == pytest.approx(found.ratio, rel=1e-9)
+    directions = np.linspace(0.0, np.pi, 2000)
+    normals = np.array([np.cos(directions), np.sin(directions)])
+    assert found.deviation <= np.ptp(points @ normals, axis=0).min() + 1e-12
+
+
+def test_wrong_lines_get_one_line() -> None:
+    with pytest.raises(InputError, match="span is 4 rad; expected more than 0"):
+        straight_line(4.0)
+    with pytest.raises(InputError, match="not all the same"):
+        straightness([[1.0, 1.0]])
+    with pytest.raises(InputError, match="does not close where its crank is at 3"):
+        FourBar(1.0, 1.0, 0.3, 0.5, 0.5, 1.0).coupler_path([1.0, 0.0], [0.5, 3.0])
+    assert straightness([[0.0, 0.0], [1.0, 1.0]]).deviation == pytest.approx(0.0, abs=1e-12)

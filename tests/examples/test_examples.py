@@ -23,6 +23,8 @@ PRINTS = {  # the script, and what its output has to say
     "staicu_path": "leg F: travels",
     "identify_from_bag": "base parameters are within their 95 % intervals",
     "boom_cylinder_design": "the force is off its mean by",
+    "delta_workspace": "least distance: 0.582 before",
+    "four_bars": "dyads through five poses: 4",
     "forging_redesign": "largest force of q22: 5578 N before",
     "excavator_stiffness": "the bucket drops by",
     "mpc_batch": "plan, full model",
@@ -160,6 +162,14 @@ def test_the_bucket_drops_by_its_parts_and_swings_slower_farther_out() -> None:
     total = sum(drops.values())
     assert total[-1] > 1.5 * total[0]
     assert lowest[-1, 0] < lowest[0, 0]
+
+
+def test_the_four_bar_through_five_poses_is_the_one_that_gave_them() -> None:
+    example = run("four_bars")
+    first, second = example["guided"]()[:2]
+    assert np.allclose(first.fixed, 0.0, atol=1e-8)
+    assert np.allclose(second.fixed, (1.0, 0.0), atol=1e-8)
+    assert (first.length, second.length) == pytest.approx((0.4, 0.8))
 
 
 def test_excavator_pressures_are_positive_and_below_the_supply() -> None:
