@@ -133,6 +133,27 @@ def test_in_a_loop_of_jax():
     agree(efforts, robot.kernels.inverse_dynamics(rows, du, ddu))
 
 
+def test_gradients_through_a_motion_are_those_of_traced_calls():
+    robot = shared("five_bar")
+    efforts = 0.01 * np.random.default_rng(3).normal(size=(20, 3))
+
+    def distance(calls):
+        @jax.checkpoint
+        def step(state, tau):
+            u, du = state
+            ddu, _ = calls.forward_dynamics(u, du, tau)
+            return (u + 1e-3 * du, du + 1e-3 * ddu), None
+
+        def of_efforts(efforts):
+            (u, du), _ = jax.lax.scan(step, (robot.reference, np.zeros(3)), efforts)
+            return (u**2).sum() + (du**2).sum()
+
+        return of_efforts
+
+    ours = jax.jit(jax.grad(distance(robot.jax)))(efforts)
+    agree(ours, np.asarray(jax.jit(jax.grad(distance(robot.jax.traced)))(efforts)))
+
+
 def test_without_machine_code_xla_compiles(monkeypatch):
     robot = load("five_bar")
     u, du, ddu = states(robot, 2)
