@@ -124,14 +124,14 @@ def _repeats(time: Array, columns: Mapping[str, Array]) -> Iterator[tuple[str, i
     """
     for name, values in columns.items():
         start, end = longest_repeat(values)
-        if not is_long(time, start, end) or _is_coarse(values, start, end):
+        if not is_long(time, start, end) or is_coarse(values, start, end):
             continue
         others = [other[start : end + 1] for key, other in columns.items() if key != name]
         if is_abrupt(values, start, end) or any(is_noisy(other) for other in others):
             yield name, start, end
 
 
-def _is_coarse(values: Array, start: int, end: int) -> bool:
+def is_coarse(values: Array, start: int, end: int) -> bool:
     """Whether values (N,) repeat often outside of a stretch too, as those of a coarse sensor do."""
     outside = np.concatenate([np.diff(values[: start + 1]), np.diff(values[end:])])
     return len(outside) > LEAST and bool(np.mean(outside == 0.0) > REPEATED)

@@ -7,7 +7,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..estimation.sensors import SLOWEST, SensorError, is_long, is_noisy, longest_repeat
+from ..estimation.sensors import (
+    LEAST,
+    SLOWEST,
+    SensorError,
+    is_abrupt,
+    is_coarse,
+    is_long,
+    is_noisy,
+    longest_repeat,
+)
 from ..ground.arrays import Array
 from ..ground.wording import counted
 from .sensors import Kind, Sensor
@@ -112,20 +121,52 @@ def check_stuck(
     sensors: Sequence[Sensor],
     columns: Columns,
 ) -> None:
-    """Raise SensorError for an inertial sensor that repeats its reading while others are noisy."""
+    """Raise SensorError for a sensor that repeats its reading as none does that works.
+
+    An inertial sensor has noise at rest too. A sensor of a joint may be constant while the joint
+    rests, but not if it has noise at other times, stops abruptly, or others of its kind have noise
+    meanwhile.
+    """
     noisy = [name for name, (_, values) in columns.items() if _any_noisy(values)]
     for sensor in sensors:
         stamps, values = columns[sensor.name]
-        if sensor.kind not in (Kind.GYRO, Kind.ACCELEROMETER) or not len(values):
+        if not len(values):
             continue
         start, end = longest_repeat(_as_one(values))
         if not is_long(stamps, start, end):
             continue
-        if [name for name in noisy if name != sensor.name]:
+        if sensor.kind in (Kind.GYRO, Kind.ACCELEROMETER):
+            is_stuck = any(name != sensor.name for name in noisy)
+        else:
+            column = values[:, 0]
+            kin = [other for other in sensors if other.kind is sensor.kind and other is not sensor]
+            is_stuck = not is_coarse(column, start, end) and (
+                is_abrupt(column, start, end)
+                or _noisy_outside(column, start, end)
+                or _any_noisy_within(kin, columns, stamps[start], stamps[end])
+            )
+        if is_stuck:
             raise SensorError(
                 f"{sensor.name} repeats {values[start].tolist()} to the last bit from"
                 f" {stamps[start]:g} s to {stamps[end]:g} s: the sensor seems stuck"
             )
+
+
+def _noisy_outside(values: Array, start: int, end: int) -> bool:
+    """Whether values (N,) have noise before or after a stretch."""
+    parts = (values[:start], values[end + 1 :])
+    return any(len(part) > LEAST and is_noisy(part) for part in parts)
+
+
+def _any_noisy_within(
+    sensors: Sequence[Sensor], columns: Columns, start: float, end: float
+) -> bool:
+    """Whether readings of a sensor have noise from one time to another [s]."""
+    for sensor in sensors:
+        stamps, values = columns[sensor.name]
+        if _any_noisy(values[(stamps >= start) & (stamps <= end)]):
+            return True
+    return False
 
 
 def _as_one(values: Array) -> Array:

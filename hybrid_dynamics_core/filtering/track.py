@@ -17,10 +17,11 @@ from ..ground.suggestions import no_such_name
 from ..robot.robot import Robot
 from .gate import Innovation
 from .motion_model import MotionModel
+from .observability import observability
 from .raw_checks import Columns, check_stuck, check_values, in_order
-from .sensors import AXES, SPATIAL, Kind, Sensor
+from .sensors import AT_JOINTS, AXES, SPATIAL, Kind, Sensor
 from .start import Reading, unit_of
-from .stream import Counts, Estimate, StateFilter
+from .stream import LOST, Counts, Estimate, StateFilter
 from .suspects import CONTRADICTED, LEAST, contradiction
 
 Readings = Mapping[str, tuple[ArrayLike, ArrayLike]]
@@ -37,6 +38,8 @@ class StateTrack:
         covariance: (N, 3 n, 3 n) of [u; u'; u''].
         bias: constant errors (k,) of sensors at the end, by name.
         counts: what became of the readings.
+        unchecked: sensors of joints that no other sensor checks: without one of them the state is
+            not determined, so no contradiction shows its errors.
         notes: sentences on what was changed or is doubtful.
     """
 
@@ -46,6 +49,7 @@ class StateTrack:
     covariance: Array
     bias: Mapping[str, Array]
     counts: Counts
+    unchecked: tuple[str, ...]
     notes: tuple[str, ...]
 
     def deviations(self) -> Array:
@@ -107,8 +111,21 @@ def estimate_states(
         covariance=np.stack([estimate.covariance for estimate in estimates]),
         bias=watched.bias,
         counts=watched.counts,
+        unchecked=_unchecked(present, motion),
         notes=tuple(notes),
     )
+
+
+def _unchecked(sensors: Sequence[Sensor], motion: MotionModel) -> tuple[str, ...]:
+    """Names of sensors of joints without which the others do not determine the state."""
+    names: list[str] = []
+    for sensor in sensors:
+        if sensor.kind not in AT_JOINTS:
+            continue
+        others = [other for other in sensors if other is not sensor]
+        if not others or observability(sensor.robot, others, motion).undetermined:
+            names.append(sensor.name)
+    return tuple(names)
 
 
 def _columns(
@@ -179,6 +196,12 @@ def _first_contradiction(
         beyond = [each.time for each in of_sensor if not each.is_used]
         if len(beyond) >= LEAST and len(beyond) > CONTRADICTED * len(of_sensor):
             times.append(beyond[LEAST - 1])
+            continue
+        in_row = 0
+        for each in of_sensor:
+            in_row = 0 if each.is_used else in_row + 1
+            if in_row == LOST:
+                times.append(each.time)
     return min(times, default=None)
 
 

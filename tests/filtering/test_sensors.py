@@ -13,9 +13,13 @@ from benchmarks.estimation.states import cycle, sensors
 from hybrid_dynamics_core import DescriptionError, load
 from hybrid_dynamics_core.estimation import SensorError
 from hybrid_dynamics_core.filtering import (
+    Kind,
+    MotionModel,
     ObservabilityError,
+    Quality,
     default_motion,
     estimate_states,
+    sensor_on_joint,
     sensors_from_text,
 )
 from hybrid_dynamics_core.filtering.track import column_names
@@ -164,6 +168,33 @@ QUICK = ("bucket.gyro",)
 def test_a_wrong_sensor_is_told_by_name(name, change, message):
     with pytest.raises(SensorError, match=message):
         estimated(wrong(name, CHANGES[change]))
+
+
+def test_a_stuck_stroke_sensor_is_told_though_nothing_checks_it():
+    """It repeats to the last bit while others of its kind have noise."""
+    robot = excavator()
+    rng = np.random.default_rng(5)
+    time = 0.02 * np.arange(150)
+    kinds = [Kind.ENCODER, Kind.STROKE, Kind.STROKE, Kind.STROKE]
+    sensors = []
+    columns = {}
+    for name, kind, start in zip(robot.active, kinds, robot.reference, strict=True):
+        sensors.append(sensor_on_joint(robot, name, kind, name, Quality(1e-3)))
+        moved = start + 0.1 * np.sin(time)
+        columns[name] = (time, moved + 1e-3 * rng.normal(size=len(time)))
+    motion = MotionModel(np.full(4, 0.3), 0.5)
+    track = estimate_states(robot, sensors, columns, motion)
+    assert track.unchecked == robot.active
+    for first in (0, 60):
+        values = columns["stick_cylinder"][1].copy()
+        values[first:] = values[first]
+        wrong = {**columns, "stick_cylinder": (time, values)}
+        with pytest.raises(SensorError, match=r"stick_cylinder repeats .* seems stuck"):
+            estimate_states(robot, sensors, wrong, motion)
+    # a coarse sensor repeats too while its joint turns back
+    slow = np.round(robot.reference[2] + 0.004 * np.sin(time), 3)
+    coarse = {**columns, "stick_cylinder": (time, slow)}
+    estimate_states(robot, sensors, coarse, motion)
 
 
 @pytest.mark.sweep(sample="test_a_wrong_sensor_is_told_by_name")

@@ -160,6 +160,7 @@ def facts_of(robot: Robot, carried: SensorSet, track: StateTrack) -> dict[str, A
         "deviation": dict(zip(robot.active, np.median(deviations, axis=0).tolist(), strict=True)),
         "only_in_motion": [name for name in shown.in_motion if name not in shown.at_rest],
         "bias": track.bias,
+        "unchecked": list(track.unchecked),
         "readings": readings,
         "notes": list(track.notes),
     }
@@ -171,6 +172,9 @@ def text_of(robot: Robot, track: StateTrack, facts: dict[str, Any]) -> str:
     lines = [f"states     {facts['states']}, from {begin:g} to {end:g} s"]
     if facts["only_in_motion"]:
         lines.append(f"at rest, nothing determines {', '.join(facts['only_in_motion'])}")
+    if facts["unchecked"]:
+        names = ", ".join(facts["unchecked"])
+        lines.append(f"no other sensor checks {names}: columns that are exchanged do not show")
     rows: list[list[object]] = []
     deviations = facts["deviation"].values()
     last = track.state.u[-1].tolist()
