@@ -62,6 +62,7 @@ class PressureInput:
 
     Attributes:
         newest: the newest message of each list of names.
+        sample: the newest message with its pressures; None before the first.
         max_age: largest difference to the stamp of a joint state [s].
         drives: joints of the forces.
     """
@@ -69,6 +70,7 @@ class PressureInput:
     def __init__(self, robot: Robot, max_age: float) -> None:
         """Start without measurements."""
         self.newest: tuple[MeasuredForces, ...] = ()
+        self.sample: PressureSample | None = None
         self.max_age = max_age
         self.drives = tuple(robot.drives)
         self._cylinders = robot.cylinders
@@ -91,6 +93,7 @@ class PressureInput:
         others = [other for other in self.newest if other.names != names]
         measured = MeasuredForces(sample.stamp_ns, names, forces)
         self.newest = (*others[-(_MOST_LISTS - 1) :], measured)
+        self.sample = sample
 
     def at(self, stamp_ns: int, newest: tuple[MeasuredForces, ...]) -> FloatArray | None:
         """Forces along the drives (d,) [N] at a stamp [ns]; NaN where unknown.

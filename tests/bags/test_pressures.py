@@ -17,6 +17,8 @@ from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.effort_error import effort_errors
 from hybrid_dynamics_ros.bags.analysis.pressure_efforts import PressureEfforts
+from hybrid_dynamics_ros.bags.analysis.pressure_figure import required_pressures
+from hybrid_dynamics_ros.bags.analysis.report import report
 from hybrid_dynamics_ros.bags.analysis.report_tables import facts_table
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job
@@ -211,6 +213,23 @@ def test_reports_compare_required_efforts_with_those_of_pressures(excavator, mea
     assert "boom_cylinder, stick_cylinder, bucket_cylinder: from the pressures" in facts_table(
         recording
     )
+
+
+def test_reports_show_pressures_beside_those_that_the_model_needs(measured):
+    recording = collect(measured, "excavator", smooth="spline")
+    required = required_pressures(recording)
+    assert tuple(required) == CYLINDERS
+    for name, needed in required.items():
+        cap = recording.pressures[name][:, 0]
+        known = np.isfinite(cap) & np.isfinite(needed)
+        assert known.sum() > 1000
+        difference = np.abs(cap - needed)[known]
+        assert np.quantile(difference, 0.95) < 1e-3 * cap[known].max()
+    page = report(recording, "digging")
+    assert "<h2>Pressures</h2>" in page
+    assert page.index("<h2>Efforts</h2>") < page.index("<h2>Pressures</h2>")
+    without = replace(recording, pressures={})
+    assert "<h2>Pressures</h2>" not in report(without, "digging")
 
 
 def test_parameters_are_identified_from_pressures(measured):

@@ -265,6 +265,7 @@ class _Collector:
             losses=losses,
             smooth=self._smooth,
             pressure_topic=self._pressures.topic,
+            pressures=self._pressures.pressures(stamps),
             pressed=tuple(np.array(self._robot.active)[self._is_pressed].tolist()),
             causal_lag=self._evaluator.estimator.lag(measured=mostly_measured),
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import ClosedState, Robot
 
 from ...messages.joint_samples import FloatArray
-from ...messages.pressures import PressureInput
+from ...messages.pressures import PressureInput, PressureSample
 from ..recorded_pressures import pressure_topic, read_pressures
 from ..storage.bag_reader import BagReader
 
@@ -39,12 +39,33 @@ class PressureEfforts:
         self._reach = round(max_age * 1e9)
         self._indices = [robot.coordinates.index(name) for name in robot.drives]
         self._readings: list[dict[int, float]] = [{} for _ in robot.drives]
+        self._sides: dict[str, tuple[dict[int, float], dict[int, float]]] = {}
         pressures = PressureInput(robot, max_age)
         for _, is_taken in read_pressures(pressures, source, source.losses):
             if is_taken:
                 measured = pressures.newest[-1]
                 for drive in np.flatnonzero(np.isfinite(measured.forces)).tolist():
                     self._readings[drive][measured.stamp_ns] = float(measured.forces[drive])
+                self._take_sides(pressures.sample)
+
+    def _take_sides(self, sample: PressureSample | None) -> None:
+        """Keep the pressures of both sides of the robot's cylinders."""
+        if sample is None:
+            return
+        rows = zip(sample.names, sample.cap_pressure, sample.rod_pressure, strict=True)
+        for name, cap, rod in rows:
+            if name in self._robot.cylinders and np.isfinite([cap, rod]).all():
+                of_cap, of_rod = self._sides.setdefault(name, ({}, {}))
+                of_cap[sample.stamp_ns] = float(cap)
+                of_rod[sample.stamp_ns] = float(rod)
+
+    def pressures(self, stamps: Stamps) -> dict[str, FloatArray]:
+        """Pressures (N, 2) on cap and rod side by cylinder [Pa]; NaN if not measured."""
+        pressures: dict[str, FloatArray] = {}
+        for name, sides in self._sides.items():
+            columns = [_between(readings, stamps, self._reach) for readings in sides]
+            pressures[name] = np.stack(columns, axis=1)
+        return pressures
 
     def efforts(self, stamps: Stamps, state: ClosedState) -> FloatArray:
         """Efforts of the active joints (N, n) [N m or N]; NaN if not measured.

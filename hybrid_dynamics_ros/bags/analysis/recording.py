@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -50,6 +51,7 @@ class EvaluatedRecording:
         errors: statistics of recorded minus computed efforts over all samples.
         losses: parts of the bag that could not be read.
         pressure_topic: topic with pressures of the cylinders; empty if there is none.
+        pressures: (N, 2) recorded on cap and rod side by cylinder [Pa]; NaN if missing.
         pressed: active joints whose recorded efforts are those that pressures measure.
         smooth: estimator of accelerations, one of `job.SMOOTHINGS`.
         causal_lag: lag of the node's filter [s].
@@ -75,6 +77,7 @@ class EvaluatedRecording:
     errors: ErrorStatistics
     losses: list[str]
     pressure_topic: str
+    pressures: Mapping[str, FloatArray]
     pressed: tuple[str, ...]
     smooth: str
     causal_lag: float

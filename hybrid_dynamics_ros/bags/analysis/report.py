@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 from .figures import closure, efforts, energy, margins, sampling, trajectories
 from .html_page import page, quiet, warning, wide
 from .plotting import Draw, svg_of
+from .pressure_figure import pressures
 from .recording import EvaluatedRecording
 from .report_tables import errors_table, facts_table, outliers_table, refused_table
 
@@ -31,6 +32,14 @@ class _Section(NamedTuple):
 
 _TRAJECTORIES: Final = _Section(
     "Trajectories", "The active joints, as measured or as estimated from positions.", trajectories
+)
+_PRESSURES: Final = _Section(
+    "Pressures",
+    (
+        "Recorded pressures of the cylinders. Beside that on the cap side is the one that the"
+        " computed force needs, with the recorded pressure on the rod side."
+    ),
+    pressures,
 )
 _ENERGY: Final = _Section(
     "Energy and power", "Of the whole robot; power of the actuators, positive into it.", energy
@@ -90,7 +99,10 @@ def _sections(recording: EvaluatedRecording) -> list[_Section]:
     """The sections for a recording."""
     joints, _ = recording.margins
     text = _EFFORTS if _has_errors(recording) else _COMPUTED_ONLY
-    sections = [_TRAJECTORIES, _Section("Efforts", text, efforts), _ENERGY, _LOOPS]
+    sections = [_TRAJECTORIES, _Section("Efforts", text, efforts)]
+    if recording.pressures:
+        sections.append(_PRESSURES)
+    sections += [_ENERGY, _LOOPS]
     if joints:
         sections.append(_MARGINS)
     return [*sections, _SAMPLES]
