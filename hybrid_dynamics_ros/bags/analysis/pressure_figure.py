@@ -49,16 +49,16 @@ def required_pressures(recording: EvaluatedRecording) -> dict[str, FloatArray]:
     """
     count = len(recording.time)
     forces = {name: np.full(count, np.nan) for name in recording.pressures}
-    known = np.flatnonzero(np.isfinite(recording.efforts).all(axis=1))
-    if len(known):
-        state = recording.state.rows(known)
+    rows = np.flatnonzero(np.isfinite(recording.efforts).all(axis=1))
+    if len(rows):
+        state = recording.state.rows(rows)
         try:
-            along = recording.robot.drive_forces(state, recording.efforts[known])
+            along = recording.robot.drive_forces(state, recording.efforts[rows])
         except SingularityError:
             along = {}  # the drives cannot give these efforts
         for name, force in forces.items():
             if name in along:
-                force[known] = along[name]
+                force[rows] = along[name]
     required: dict[str, FloatArray] = {}
     for name, force in forces.items():
         cylinder = recording.robot.cylinders[name]
