@@ -158,26 +158,30 @@ def tell_doubt(result: Calibration, data: Path) -> None:
         )
 
 
-def sigma_of(texts: tuple[str, ...]) -> float | dict[str, float] | None:
+def sigma_of(texts: tuple[str, ...]) -> dict[str, float | str] | None:
     """Deviations from the texts of --sigma; a number without a unit is of everything.
+
+    That of a quantity stays a text, since its unit is known with the measurements.
 
     Raises:
         click.BadParameter: a text has no value, or is neither a length nor an angle.
     """
     if not texts:
         return None
-    deviations: dict[str, float] = {}
+    deviations: dict[str, float | str] = {}
     for text in texts:
         name, equals, term = text.rpartition("=")
         try:
             value = evaluate(term, {}, names_are="", units=UNITS)
         except (ValueError, ArithmeticError) as error:
             raise click.BadParameter(f"'{text}': {error}", param_hint="--sigma") from error
-        names = [name.strip()] if equals else units_of(term)
-        for one in names:
+        given: dict[str, float | str] = dict.fromkeys(units_of(term), value)
+        if equals:
+            given = {name.strip(): term.strip()}
+        for one, deviation in given.items():
             if one in deviations:
                 raise click.BadParameter(f"'{text}': is given twice", param_hint="--sigma")
-            deviations[one] = value
+            deviations[one] = deviation
     return deviations
 
 

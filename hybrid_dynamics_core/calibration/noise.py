@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..description.expressions import evaluate
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arguments import real_number
 from ..ground.suggestions import no_such_name
 from .quantities import Quantity
 
-Sigma = float | Mapping[str, float] | None
+Sigma = float | Mapping[str, float | str] | None
 UNITS = ("m", "rad")
 LEAST = 1e-10  # [m or rad] deviation below which residuals are rounding
 
@@ -88,16 +89,27 @@ def _by_name(sigma: Sigma, quantities: Sequence[Quantity]) -> dict[str, float]:
         return {}
     if not isinstance(sigma, Mapping):
         sigma = dict.fromkeys(UNITS, sigma)
-    allowed = [*UNITS, *(quantity.name for quantity in quantities)]
+    units = {unit: unit for unit in UNITS}
+    units |= {quantity.name: quantity.unit for quantity in quantities}
     checked: dict[str, float] = {}
     for name, value in sigma.items():
-        if name not in allowed:
-            raise InputError(f"sigma: {no_such_name('quantity', name, allowed)}")
-        number = real_number(f"sigma {name}", value)
+        if name not in units:
+            raise InputError(f"sigma: {no_such_name('quantity', name, list(units))}")
+        number = _deviation(name, value, units[name])
         if not number > 0.0:
             raise InputError(f"sigma: is {number:g}; expected a deviation above zero")
         checked[name] = number
     return checked
+
+
+def _deviation(name: str, value: float | str, unit: str) -> float:
+    """A deviation in a unit; an expression with another unit is an InputError."""
+    if not isinstance(value, str):
+        return real_number(f"sigma {name}", value)
+    try:
+        return evaluate(value, {}, names_are="", units=(unit,))
+    except (ValueError, ArithmeticError) as error:
+        raise InputError(f"sigma: {name} is in {unit}: {error}") from error
 
 
 def rms(values: Array) -> float:

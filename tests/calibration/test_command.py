@@ -189,7 +189,10 @@ def test_other_measurements_check_the_estimates(measured, tmp_path):
     assert 0.7 * NOISE < held_out < 1.4 * NOISE
 
 
-@pytest.mark.parametrize("sigma", ["0.05*kg", "-1*mm", "points=1*mm", "0"])
+WRONG_SIGMAS = ["0.05*kg", "-1*mm", "points=1*mm", "0", "tool=0.01*deg"]
+
+
+@pytest.mark.parametrize("sigma", WRONG_SIGMAS)
 def test_a_wrong_sigma_is_refused(measured, tmp_path, sigma):
     _, robot, _, data = measured
     path = table(tmp_path / "data.csv", data)

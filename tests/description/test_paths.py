@@ -256,3 +256,13 @@ def test_a_description_changed_by_a_program_has_no_numbers_of_its_file(file: Pat
     changed = replace(load(file).description, name="other")
     with pytest.raises(InputError, match="not read from a file, or was changed"):
         with_parameters(changed, {"L2": 0.7})
+
+
+@pytest.mark.parametrize(
+    ("value", "problem"),
+    [("3*deg", "is an angle; expected a length"), ("2*kg", "is a mass; expected a length")],
+)
+def test_a_parameter_in_another_unit_than_its_entries_is_refused(value, problem):
+    """The boom's length stands alone in places and sizes."""
+    with pytest.raises(InputError, match=problem):
+        load("excavator").with_parameters(boom=value)

@@ -19,7 +19,9 @@ from ...errors import InputError, UnknownNameError
 from ...ground.arrays import Array, frozen
 from ...ground.suggestions import suggestion
 from ..document import Document, KeyPath, dotted
+from ..expressions import evaluate
 from ..model import RobotDescription
+from ..value_units import units_at
 from ..values import ValueReader
 from .entries_at import entry_at, has_entry
 from .number_keys import is_number_key, is_schema_key, number_leaves, unwritten
@@ -232,6 +234,7 @@ def _number(values: ValueReader, document: Document, path: KeyPath) -> float:
 
 def _checked(written: Written, name: str, path: KeyPath, value: Any) -> Any:
     """The value as plain data: a number, an expression, or a list of them."""
+    _check_unit(written, name, path, value)
     former = entry_at(_document_of(written, path).data, path)
     if not isinstance(former, list):
         return _plain(name, value)
@@ -240,6 +243,37 @@ def _checked(written: Written, name: str, path: KeyPath, value: Any) -> Any:
     if len(value) != len(former):
         raise InputError(f"{name} means {len(former)} numbers; {len(value)} are given")
     return [_plain(name, one) for one in value]
+
+
+def _check_unit(written: Written, name: str, path: KeyPath, value: Any) -> None:
+    """Raise InputError for an expression in another unit than the entries that are a parameter."""
+    if path[0] != _PARAMETERS or not isinstance(value, str):
+        return
+    _, after = written.expanded
+    units = units_of_parameter(after, str(path[1]))
+    if not units:
+        return
+    numbers = ValueReader(after).parameters
+    try:
+        evaluate(value, numbers, units=units)
+    except (ValueError, ArithmeticError) as error:
+        raise InputError(f"{name}: {error}") from error
+
+
+def units_of_parameter(document: Document, name: str) -> tuple[str, ...]:
+    """Allowed units of a number of `parameters:`, by the entries that are this number or a share.
+
+    They are empty if there is no such entry, or if entries of several units are.
+    """
+    alone = re.compile(rf"\s*-?\s*{re.escape(name)}(\s*[*/]\s*[\d.]+)?\s*")
+    found: set[tuple[str, ...]] = set()
+    for path in number_leaves(document.data):
+        entry = entry_at(document.data, path)
+        if isinstance(entry, str) and path[0] != _PARAMETERS and alone.fullmatch(entry):
+            found.add(units_at(document, path))
+    if len(found) != 1:
+        return ()
+    return found.pop()
 
 
 def _plain(name: str, value: Any) -> float | str:
