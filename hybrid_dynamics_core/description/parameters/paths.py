@@ -266,14 +266,14 @@ def units_of_parameter(document: Document, name: str) -> tuple[str, ...]:
     They are empty if there is no such entry, or if entries of several units are.
     """
     alone = re.compile(rf"\s*-?\s*{re.escape(name)}(\s*[*/]\s*[\d.]+)?\s*")
-    found: set[tuple[str, ...]] = set()
+    units: set[tuple[str, ...]] = set()
     for path in number_leaves(document.data):
         entry = entry_at(document.data, path)
         if isinstance(entry, str) and path[0] != _PARAMETERS and alone.fullmatch(entry):
-            found.add(units_at(document, path))
-    if len(found) != 1:
+            units.add(units_at(document, path))
+    if len(units) != 1:
         return ()
-    return found.pop()
+    return units.pop()
 
 
 def _plain(name: str, value: Any) -> float | str:
