@@ -43,28 +43,28 @@ def beam_compliance(beam: Beam, length: float) -> Array:
         (6, 6) in beam axes, linear before angular [m/N, rad/N, rad/(N m)].
     """
     section = beam.section
-    compliance = np.zeros((6, 6))
-    compliance[0, 0] = length / (beam.E * section.A)
-    compliance[3, 3] = length / (beam.G * section.J)
-    about_z = length / (beam.E * section.Iz)
+    stretch = length / (beam.E * section.A)
+    twist = length / (beam.G * section.J)
     about_y = length / (beam.E * section.Iy)
+    about_z = length / (beam.E * section.Iz)
     shear_y = length / (beam.G * section.Ay)
     shear_z = length / (beam.G * section.Az)
     third = length**2 / 3.0
     half = length / 2.0
-    compliance[1, 1] = about_z * third + shear_y
-    compliance[2, 2] = about_y * third + shear_z
-    compliance[4, 4] = about_y
-    compliance[5, 5] = about_z
-    compliance[[1, 5], [5, 1]] = about_z * half
-    compliance[[2, 4], [4, 2]] = -about_y * half
+    along_y = about_z * third + shear_y
+    along_z = about_y * third + shear_z
+    compliance = np.diag([stretch, along_y, along_z, twist, about_y, about_z])
+    compliance[1, 5] = about_z * half
+    compliance[5, 1] = about_z * half
+    compliance[2, 4] = -about_y * half
+    compliance[4, 2] = -about_y * half
     return compliance
 
 
 def factor(compliance: Array) -> Array:
     """L (6, 6) with L L^T = compliance: deformations per coordinate of unit stiffness."""
-    lower: Array = np.linalg.cholesky(compliance).astype(np.float64)
-    return lower
+    lower = np.linalg.cholesky(compliance)
+    return lower.astype(np.float64)
 
 
 def factor_of_stiffness(stiffness: Array) -> Array:

@@ -26,60 +26,71 @@ def load_column(machine: Machine, structure: Structure, loads: Loads) -> Array:
         InputError: a wrench is a batch, or on a frame that is not there.
     """
     column = _weights(structure, loads.gravity)
-    for frame, bodies in loads.payloads.items():
-        pose, twists = _frame(machine, structure, frame)
-        rotation = structure.frame_rotation(frame)
-        for body in bodies:
-            place = pose.origin + rotation @ np.asarray(body.com)
-            column += _force(twists, place, body.mass * loads.gravity)
+    for frame in loads.payloads:
+        _require_frame(machine, frame)
+        column += _payloads(structure, loads, frame)
     for frame, wrench in loads.wrenches.items():
-        pose, twists = _frame(machine, structure, frame)
-        column += _wrench(structure, frame, wrench, pose, twists)
+        _require_frame(machine, frame)
+        column += _wrench(structure, frame, wrench)
     effects = loads.effects
-    spring = effects.stiffness * (structure.tree.s - effects.rest) + effects.preload
+    stretch = structure.tree.s - effects.rest
+    spring = effects.stiffness * stretch + effects.preload
     column[: len(spring)] -= spring
     return column
+
+
+def _require_frame(machine: Machine, frame: str) -> None:
+    if frame not in machine.frames:
+        raise InputError(no_such_name("frame", frame, machine.frames))
 
 
 def _weights(structure: Structure, gravity: Array) -> Array:
     """Weights of the links, without what is compensated."""
     robot = structure.tree.robot
-    tree = structure.tree.tree
-    size = structure.A_s.shape[1] + structure.A_e.shape[1]
-    column = np.zeros(size)
-    for body, link in enumerate(tree.bodies):
+    column = np.zeros(structure.size)
+    for body, link in enumerate(structure.tree.tree.bodies):
         data = robot.links[link.name]
         pose = structure.tree.pose(body)
         twists = structure.places[body, MASS]
-        column += _force(twists, pose.point(data.com), data.mass * gravity)
+        weight = data.mass * gravity
+        column += _force(twists, pose.point(data.com), weight)
         if data.compensated_mass:
-            lifted = pose.point(data.compensated_com)
-            column -= _force(twists, lifted, data.compensated_mass * gravity)
+            lift = -data.compensated_mass * gravity
+            place = pose.point(data.compensated_com)
+            column += _force(twists, place, lift)
     return column
 
 
-def _frame(machine: Machine, structure: Structure, frame: str) -> tuple[Pose, Array]:
-    if frame not in machine.frames:
-        raise InputError(no_such_name("frame", frame, machine.frames))
-    return structure.twists(frame)
+def _payloads(structure: Structure, loads: Loads, frame: str) -> Array:
+    """Weights of the payloads on a frame."""
+    place, twists = structure.twists(frame)
+    pose = Pose(structure.frame_rotation(frame), place.origin)
+    column = np.zeros(structure.size)
+    for body in loads.payloads[frame]:
+        com = pose.point(np.asarray(body.com))
+        column += _force(twists, com, body.mass * loads.gravity)
+    return column
+
+
+def _wrench(structure: Structure, frame: str, wrench: AppliedWrench) -> Array:
+    """A wrench on a frame."""
+    if wrench.values.shape != (6,):
+        raise InputError(f"the wrench on '{frame}' is a batch; expected 6 numbers")
+    force = wrench.values[:3]
+    moment = wrench.values[3:]
+    if wrench.axes == "frame":
+        rotation = structure.frame_rotation(frame)
+        force = rotation @ force
+        moment = rotation @ moment
+    pose, twists = structure.twists(frame)
+    angular = twists[3:]
+    turned: Array = angular.T @ moment
+    return turned + _force(twists, pose.origin, force)
 
 
 def _force(twists: Array, place: Array, force: Array) -> Array:
     """Generalised forces of a force (3,) at a place (3,), from twists about the base origin."""
-    about_origin = np.concatenate([force, np.cross(place, force)])
+    moment = np.cross(place, force)
+    about_origin = np.concatenate([force, moment])
     work: Array = twists.T @ about_origin
     return work
-
-
-def _wrench(
-    structure: Structure, frame: str, wrench: AppliedWrench, pose: Pose, twists: Array
-) -> Array:
-    values = wrench.values
-    if values.shape != (6,):
-        raise InputError(f"the wrench on '{frame}' is a batch; expected 6 numbers")
-    force, moment = values[:3], values[3:]
-    if wrench.axes == "frame":
-        rotation = structure.frame_rotation(frame)
-        force, moment = rotation @ force, rotation @ moment
-    turn: Array = twists[3:].T @ moment
-    return _force(twists, pose.origin, force) + turn

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..description.effects import Payload
+from ..description.model import Link
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 from .attachments import MASS
@@ -27,37 +29,37 @@ def mass_matrix(machine: Machine, structure: Structure, loads: Loads) -> Array:
     for body, link in enumerate(tree.tree.bodies):
         data = tree.robot.links[link.name]
         twists = structure.places[body, MASS]
-        solid = _Body(data.mass, data.com, data.inertia)
-        mass += solid.matrix(twists, tree.pose(body))
+        pose = tree.pose(body)
+        mass += _of_body(data, twists, pose)
     for frame, payloads in loads.payloads.items():
         place, twists = structure.twists(frame)
         rotation = structure.frame_rotation(frame)
         pose = Pose(rotation, place.origin)
         for payload in payloads:
-            com = np.asarray(payload.com)
-            inertia = np.asarray(payload.inertia)
-            mass += _Body(payload.mass, com, inertia).matrix(twists, pose)
+            mass += _of_body(payload, twists, pose)
     for k, name in enumerate(machine.coordinates):
         if name not in machine.all_drives:
             mass[k, k] += loads.effects.armature[k]
     return mass
 
 
-class _Body:
-    """A body with its inertia in the axes of a link or frame."""
+def _of_body(body: Link | Payload, twists: Array, pose: Pose) -> Array:
+    """Mass matrix of a body.
 
-    def __init__(self, mass: float, com: Array, inertia: Array) -> None:
-        self.mass = mass
-        self.com = com
-        self.inertia = inertia
-
-    def matrix(self, twists: Array, pose: Pose) -> Array:
-        """Its mass matrix, from its twists about the base origin."""
-        place = pose.point(self.com)
-        angular = twists[3:]
-        linear = twists[:3] - skew(place) @ angular
-        inertia = pose.rotation @ self.inertia @ pose.rotation.T
-        moving = self.mass * linear.T @ linear
-        turning = angular.T @ inertia @ angular
-        sum_of_both: Array = moving + turning
-        return sum_of_both
+    Args:
+        body: the body.
+        twists: its twists about the base origin.
+        pose: of the link or frame in which its inertia is given.
+    """
+    com = np.asarray(body.com, dtype=np.float64)
+    place = pose.point(com)
+    angular = twists[3:]
+    carried = skew(place) @ angular
+    linear = twists[:3] - carried
+    to_base = pose.rotation
+    local = np.asarray(body.inertia, dtype=np.float64)
+    inertia = to_base @ local @ to_base.T
+    moving = body.mass * linear.T @ linear
+    turning = angular.T @ inertia @ angular
+    sum_of_both: Array = moving + turning
+    return sum_of_both

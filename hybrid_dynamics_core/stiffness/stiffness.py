@@ -84,7 +84,7 @@ class Stiffness:
         if state.u.ndim != 1:
             raise InputError("stiffness is that of one state; expected no batch")
         elasticity = machine.description.stiffness if elasticity is None else elasticity
-        require_type("elasticity", elasticity, Elasticity, "hybrid_dynamics_core.Elasticity(...)")
+        require_type("elasticity", elasticity, Elasticity, "Elasticity(drives={...})")
         if not elasticity:
             raise InputError(
                 "nothing of the robot is elastic; give Elasticity(drives={...}), or a section"

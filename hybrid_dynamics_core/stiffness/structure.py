@@ -61,26 +61,32 @@ class Structure:
             return self.twists_of_link(frame)
         on = robot.frames[frame]
         body = self.tree.tree.body_index(on.link)
-        origin = self.tree.pose(body).point(on.translation)
+        carrier = self.tree.pose(body)
+        origin = carrier.point(on.translation)
         key: Key = ("frame", frame)
-        return Pose(np.eye(3), origin), self.places[body, key]
+        return _in_base_axes(origin), self.places[body, key]
 
     def twists_of_link(self, link: str) -> tuple[Pose, Array]:
         """As `twists`, for the frame of a link."""
         body = self.tree.tree.body_index(link)
-        origin = self.tree.pose(body).origin
-        return Pose(np.eye(3), origin), self.places[body, ROOT]
+        pose = self.tree.pose(body)
+        return _in_base_axes(pose.origin), self.places[body, ROOT]
 
     def frame_rotation(self, frame: str) -> Array:
         """Rotation (3, 3) of a frame in the base frame."""
         robot = self.tree.robot
-        if frame not in robot.frames:
-            body = self.tree.tree.body_index(frame)
-            return self.tree.pose(body).rotation
-        on = robot.frames[frame]
-        body = self.tree.tree.body_index(on.link)
-        rotation: Array = self.tree.pose(body).rotation @ on.rotation
+        link = frame
+        if frame in robot.frames:
+            link = robot.frames[frame].link
+        body = self.tree.tree.body_index(link)
+        rotation = self.tree.pose(body).rotation
+        if frame in robot.frames:
+            rotation = rotation @ robot.frames[frame].rotation
         return rotation
+
+
+def _in_base_axes(origin: Array) -> Pose:
+    return Pose(np.eye(3), origin)
 
 
 def build_structure(machine: Machine, tree: PosedTree, elasticity: Elasticity) -> Structure:
@@ -97,19 +103,21 @@ def build_structure(machine: Machine, tree: PosedTree, elasticity: Elasticity) -
     joints = virtual_joints(tree, elasticity)
     places = places_of(tree, joints)
     equations = equations_of(machine, tree, elasticity, places)
-    names = [joint.name for joint in joints.deformations]
-    size = len(tree.tree.coordinates)
     sprung = [equation for equation in equations if equation.deformation > 0.0]
+    names = [joint.name for joint in joints.deformations]
     names += [equation.name for equation in sprung]
-    rows = np.reshape(
-        [equation.row for equation in equations],
-        (len(equations), size + len(joints.deformations)),
-    )
+    size = len(tree.tree.coordinates)
+    width = size + len(joints.deformations)
+    rows = np.zeros((len(equations), width))
+    for k, equation in enumerate(equations):
+        rows[k] = equation.row
+    of_joints = rows[:, size:]
+    of_springs = _deformation_columns(equations, sprung)
     return Structure(
         tree=tree,
         springs=tuple(names),
         A_s=rows[:, :size],
-        A_e=np.hstack([rows[:, size:], _deformation_columns(equations, sprung)]),
+        A_e=np.hstack([of_joints, of_springs]),
         places=_widened(places, len(sprung)),
     )
 

@@ -21,6 +21,7 @@ from ...scene.style import INK, QUIET, STYLE
 from ..paint.layout import axes_at
 from ..paint.picture import make_scene, paint_scene, with_visuals
 from .colours import head
+from .grid import triangles_of
 
 _COLOURS: Final = mpl.colormaps["YlGnBu"]
 _STEPS: Final = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0)  # [m] of the numbers
@@ -125,19 +126,8 @@ def _paint_masses(axes: Axes, chart: LiftingChart, factor: float) -> BoundaryNor
 
 def _triangles(chart: LiftingChart) -> Triangulation:
     """Triangles between neighbours of the grid that the robot reaches."""
-    rows, columns = chart.radius.shape
-    index = np.arange(rows * columns).reshape(rows, columns)
-    a = index[:-1, :-1].ravel()
-    b = index[1:, :-1].ravel()
-    c = index[1:, 1:].ravel()
-    d = index[:-1, 1:].ravel()
-    first = np.stack([a, b, c], axis=1)
-    second = np.stack([a, c, d], axis=1)
-    triangles = np.concatenate([first, second])
-    radius = chart.radius.ravel()
-    height = chart.height.ravel()
-    good = np.isfinite(radius)[triangles].all(axis=1)
-    return Triangulation(np.nan_to_num(radius), np.nan_to_num(height), triangles[good])
+    good = np.isfinite(chart.radius)
+    return triangles_of(chart.radius, chart.height, good)
 
 
 def _write_numbers(axes: Axes, chart: LiftingChart, factor: float, norm: BoundaryNorm) -> None:
