@@ -19,6 +19,8 @@ ROUNDS = 60
 TINY = 1e-300
 NODES = 24  # of the quadrature, over half a turn
 BISECTIONS = 44
+LARGE = 1.5  # times Chebyshev's bound
+BATCH = 500  # rows at once
 
 Ball = tuple[Array, float]  # sensitivities (N, 3, d), radius
 
@@ -34,84 +36,129 @@ def farthest(balls: Sequence[Ball], shift: Array) -> Array:
         shift: what adds to them (N, 3).
     """
     best = shift.copy()
-    sizes = np.linalg.norm(best, axis=1)
-    directions = np.broadcast_to(_sphere(DIRECTIONS), (len(shift), DIRECTIONS, 3))
-    reach = np.einsum("nak,nak->na", directions, _farthest_along(balls, shift, directions))
-    starts = np.argsort(-reach, axis=1)[:, :STARTS]
-    ways = np.take_along_axis(directions, starts[:, :, None], axis=1)
+    for first in range(0, len(shift), BATCH):
+        rows = slice(first, first + BATCH)
+        parts: list[Ball] = []
+        for sensitivity, radius in balls:
+            parts.append((sensitivity[rows], radius))
+        best[rows] = _farthest(parts, shift[rows])
+    return best
+
+
+def _farthest(balls: Sequence[Ball], shift: Array) -> Array:
+    """The same of few rows."""
+    count = len(shift)
+    directions = np.broadcast_to(_sphere(DIRECTIONS), (count, DIRECTIONS, 3))
+    points = _farthest_along(balls, shift, directions)
+    along = np.einsum("nak,nak->na", directions, points)
+    order = np.argsort(-along, axis=1)
+    starts = order[:, :STARTS, None]
+    ways = np.take_along_axis(directions, starts, axis=1)
     points = _farthest_along(balls, shift, ways)
     for _ in range(ROUNDS):
         lengths = np.linalg.norm(points, axis=2, keepdims=True)
-        points = _farthest_along(balls, shift, points / np.maximum(lengths, TINY))
+        ways = points / np.maximum(lengths, TINY)
+        points = _farthest_along(balls, shift, ways)
     lengths = np.linalg.norm(points, axis=2)
     chosen = np.argmax(lengths, axis=1)
-    rows = np.arange(len(shift))
-    is_larger = lengths[rows, chosen] > sizes
-    best[is_larger] = points[rows, chosen][is_larger]
-    return best
+    best = points[np.arange(count), chosen]
+    is_larger = lengths.max(axis=1) > np.linalg.norm(shift, axis=1)
+    return np.where(is_larger[:, None], best, shift)
 
 
 def _farthest_along(balls: Sequence[Ball], shift: Array, ways: Array) -> Array:
     """The point (N, a, 3) of the set that is farthest along each direction (N, a, 3)."""
-    points = np.repeat(shift[:, None], ways.shape[1], axis=1)
+    count = ways.shape[1]
+    points = np.repeat(shift[:, None], count, axis=1)
     for sensitivity, radius in balls:
         along = ways @ sensitivity
         lengths = np.linalg.norm(along, axis=2, keepdims=True)
         unit = along / np.maximum(lengths, TINY)
-        points += radius * (unit @ np.swapaxes(sensitivity, 1, 2))
+        back = np.swapaxes(sensitivity, 1, 2)
+        points += radius * (unit @ back)
     return points
 
 
 def likely(covariance: Array, shift: Array, confidence: float) -> Array:
     """The size (N,) below which normal errors are with a probability.
 
-    The probability of a ball is the mean over directions of chi's distribution with three degrees
-    of freedom; its radius is found by bisection.
-
     Args:
         covariance: of the errors (N, 3, 3).
         shift: their means (N, 3).
         confidence: the probability, from 0.5 to 1.
     """
-    from scipy.special import gammainc  # noqa: PLC0415  slow to import
+    sizes = np.zeros(len(shift))
+    for first in range(0, len(shift), BATCH):
+        rows = slice(first, first + BATCH)
+        errors = _NormalErrors(covariance[rows], shift[rows])
+        sizes[rows] = errors.quantile(confidence)
+    return sizes
 
-    values, vectors = np.linalg.eigh(covariance)
-    roots = np.sqrt(np.maximum(values, 0.0))
-    means = np.einsum("nik,ni->nk", vectors, shift)
-    directions, weights = _quadrature()
-    ways = directions * roots[:, None]
-    a = np.einsum("nqk,nqk->nq", ways, ways)
-    half_b = np.einsum("nqk,nk->nq", ways, means)
-    length = np.linalg.norm(shift, axis=1)
-    low = length
-    high = length + 10.0 * np.sqrt(values.sum(axis=1).clip(0.0)) / (1.0 - confidence) ** 0.25
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        c = (length**2 - middle**2)[:, None]
-        roots_of = np.sqrt(np.maximum(half_b**2 - a * c, 0.0))
-        radius = -c / np.maximum(half_b + roots_of, TINY)
-        share = gammainc(1.5, 0.5 * radius**2) @ weights
-        is_below = share < confidence
-        low = np.where(is_below, middle, low)
-        high = np.where(is_below, high, middle)
-    return np.asarray(0.5 * (low + high))
+
+class _NormalErrors:
+    """Normal errors: standard ones z, stretched along the axes of their covariance.
+
+    In a direction of z, errors leave a ball at one distance, since its middle is inside. So the
+    probability of the ball is the mean over directions of chi's distribution at this distance.
+    """
+
+    def __init__(self, covariance: Array, shift: Array) -> None:
+        values, vectors = np.linalg.eigh(covariance)
+        variances = np.maximum(values, 0.0)
+        means = np.einsum("nik,ni->nk", vectors, shift)
+        directions, self.weights = _quadrature()
+        roots = np.sqrt(variances)
+        ways = directions * roots[:, None]
+        self.length = np.linalg.norm(shift, axis=1)
+        self.deviation = np.sqrt(variances.sum(axis=1))
+        # of the equation square d^2 + 2 along d + length^2 = size^2 for the distance d
+        self.square = np.einsum("nqk,nqk->nq", ways, ways)
+        self.along = np.einsum("nqk,nk->nq", ways, means)
+
+    def quantile(self, confidence: float) -> Array:
+        """The size (N,) by bisection; Chebyshev's inequality bounds it."""
+        low = self.length
+        high = low + LARGE * self.deviation / np.sqrt(1.0 - confidence)
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            is_below = self.probability(middle) < confidence
+            low = np.where(is_below, middle, low)
+            high = np.where(is_below, high, middle)
+        sizes: Array = 0.5 * (low + high)
+        return sizes
+
+    def probability(self, sizes: Array) -> Array:
+        """The probability (N,) of an error below some sizes (N,), no less than the mean's."""
+        from scipy.special import gammainc  # noqa: PLC0415  slow to import
+
+        room = sizes**2 - self.length**2
+        root = np.sqrt(self.along**2 + self.square * room[:, None])
+        distance = room[:, None] / np.maximum(self.along + root, TINY)
+        within = gammainc(1.5, 0.5 * distance**2)
+        share: Array = within @ self.weights
+        return share
 
 
 def _sphere(count: int) -> Array:
     """Directions (count, 3) that are evenly distributed: a spiral of Fibonacci."""
     k = np.arange(count) + 0.5
     z = 1.0 - 2.0 * k / count
-    angle = np.pi * (1.0 + np.sqrt(5.0)) * k
-    across = np.sqrt(1.0 - z**2)
-    return np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=1)
+    golden = 1.0 + np.sqrt(5.0)
+    return _on_sphere(z, np.pi * golden * k)
 
 
 def _quadrature() -> tuple[Array, Array]:
     """Directions (q, 3) and weights (q,) of the mean over the sphere."""
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    angles = 2.0 * np.pi * (np.arange(NODES) + 0.5) / NODES
-    z, angle = np.meshgrid(nodes, angles, indexing="ij")
+    turns = (np.arange(NODES) + 0.5) / NODES
+    z, angle = np.meshgrid(nodes, 2.0 * np.pi * turns, indexing="ij")
+    shares = np.repeat(weights, NODES) / (2.0 * NODES)
+    return _on_sphere(z.ravel(), angle.ravel()), shares
+
+
+def _on_sphere(z: Array, angle: Array) -> Array:
+    """Unit vectors (q, 3) from their heights and angles."""
     across = np.sqrt(1.0 - z**2)
-    directions = np.stack([across * np.cos(angle), across * np.sin(angle), z], axis=-1)
-    every = np.repeat(weights / (2.0 * NODES), NODES)
-    return directions.reshape(-1, 3), every
+    x = across * np.cos(angle)
+    y = across * np.sin(angle)
+    return np.stack([x, y, z], axis=1)

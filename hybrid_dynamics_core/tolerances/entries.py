@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import ClassVar, Final, Literal, get_args
 
 import numpy as np
 
@@ -50,6 +50,13 @@ class Tolerance:
     def deviation(self) -> float:
         """Standard deviation of the normal law."""
         return self.half / self.sigmas
+
+    @property
+    def outside(self) -> float:
+        """Probability of a number outside the tolerance."""
+        if self.law != "normal":
+            return 0.0
+        return math.erfc(self.sigmas / math.sqrt(2.0))
 
     def variance(self, size: int) -> float:  # noqa: ARG002 - as Play
         """Variance of the number."""
@@ -97,6 +104,7 @@ class Play:
 
     half: float
     towards: Direction | None = None
+    outside: ClassVar[float] = 0.0  # probability of a pin outside its hole
 
     def variance(self, size: int) -> float:
         """Variance of each component of the displacement, in `size` dimensions."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..ground.arrays import Array
 from .bounds import Ball, likely
-from .entries import Entry, Play, Tolerance
+from .entries import Entry, Play
 
 HALVED = 0.75  # share of a variance that is gone when its tolerance is halved
 TINY = 1e-300
@@ -71,7 +71,8 @@ class LinearErrors:
     def likely(self) -> Array:
         """Size of the position's error (N,) [m] that is not exceeded with the confidence.
 
-        By the normal law, but never above the worst error if all variables are bounded.
+        By the normal law, but not above the worst error unless numbers are likely to be outside
+        of their tolerances.
         """
         return self._bounded(0, self.worst)
 
@@ -126,8 +127,14 @@ class LinearErrors:
         return int(np.argmax(self.worst))
 
     def _bounded(self, k: int, worst: Array) -> Array:
+        """Sizes (N,) by the normal law, below the worst ones where more cannot be likely.
+
+        An error above the worst one needs a number outside its tolerance. The probability of that
+        is at most the sum of those of all numbers.
+        """
         sizes = self.normal_sizes[:, k]
-        if any(_is_unbounded(one.entry) for one in self.contributions.values()):
+        outside = sum(one.entry.outside for one in self.contributions.values())
+        if outside > 1.0 - self.confidence:
             return sizes
         return np.minimum(sizes, worst)
 
@@ -136,7 +143,3 @@ class LinearErrors:
         """Mean variance of the position over all poses [m^2]."""
         traces = np.einsum("nii->n", covariance[:, POSITION, POSITION])
         return float(traces.mean())
-
-
-def _is_unbounded(entry: Entry) -> bool:
-    return isinstance(entry, Tolerance) and entry.law == "normal"

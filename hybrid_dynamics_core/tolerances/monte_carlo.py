@@ -11,6 +11,7 @@ from ..calibration.closed_rows import ClosedRows, OpenLoopError, closed_near
 from ..calibration.quantities import rotation_vectors
 from ..ground.arrays import Array
 from ..ground.progress import Progress
+from .linear import POSITION, ROTATION
 from .varied import VariedRobot
 
 BATCH: Final = 20_000  # rows closed at once
@@ -34,12 +35,12 @@ class SampledErrors:
     @property
     def sizes(self) -> Array:
         """Sizes (M, N) of the position's error [m]."""
-        return np.asarray(np.linalg.norm(self.errors[:, :, :3], axis=2))
+        return _lengths(self.errors[:, :, POSITION])
 
     @property
     def angles(self) -> Array:
         """Angles (M, N) of the rotation's error [rad]."""
-        return np.asarray(np.linalg.norm(self.errors[:, :, 3:], axis=2))
+        return _lengths(self.errors[:, :, ROTATION])
 
     @property
     def open_share(self) -> Array:
@@ -59,13 +60,15 @@ class SampledErrors:
         """Interval (N, 2) [m] that has the true likely error with 95 %, by order statistics."""
         from scipy.stats import binom  # noqa: PLC0415  slow to import
 
-        count = len(self.errors)
+        count, poses, _ = self.errors.shape
         outside = 0.5 * (1.0 - CERTAINTY)
-        below = binom.ppf(outside, count, self.confidence)
-        above = binom.ppf(1.0 - outside, count, self.confidence) + 1
+        below, above = binom.ppf([outside, 1.0 - outside], count, self.confidence)
         ordered = np.sort(_with_open(self.sizes), axis=0)
-        ordered = np.concatenate([ordered, np.full((1, len(self.u)), np.inf)])
-        return np.stack([ordered[max(int(below) - 1, 0)], ordered[int(above) - 1]], axis=1)
+        beyond = np.full((1, poses), np.inf)
+        ordered = np.concatenate([ordered, beyond])
+        low = ordered[max(int(below) - 1, 0)]
+        high = ordered[int(above)]
+        return np.stack([low, high], axis=1)
 
     @property
     def likely_rotation(self) -> Array:
@@ -125,10 +128,12 @@ def _errors(varied: VariedRobot, rows: ClosedRows, frame: str, changes: Array) -
     moved, is_open = _closed(varied, near, flat)
     turned, origin = moved.poses().frame(frame)
     rotation, place = rows.poses().frame(frame)
+    places = np.tile(place, (robots, 1))
+    back = np.swapaxes(rotation, 1, 2)
+    turns = turned @ np.tile(back, (robots, 1, 1))
     error = np.empty((robots * poses, 6))
-    error[:, :3] = origin - np.tile(place, (robots, 1))
-    back = np.tile(np.swapaxes(rotation, 1, 2), (robots, 1, 1))
-    error[:, 3:] = rotation_vectors(turned @ back)
+    error[:, POSITION] = origin - places
+    error[:, ROTATION] = rotation_vectors(turns)
     error[is_open] = np.nan
     return error.reshape(robots, poses, 6)
 
@@ -148,6 +153,12 @@ def _closed(varied: VariedRobot, near: ClosedRows, changes: Array) -> tuple[Clos
             is_open[error.rows] = True
 
 
+def _lengths(vectors: Array) -> Array:
+    """Lengths (M, N) of vectors (M, N, 3)."""
+    lengths: Array = np.linalg.norm(vectors, axis=2)
+    return lengths
+
+
 def _with_open(sizes: Array) -> Array:
     """Sizes with infinity for robots that do not close."""
     return np.where(np.isnan(sizes), np.inf, sizes)
@@ -156,5 +167,6 @@ def _with_open(sizes: Array) -> Array:
 def _quantile(sizes: Array, share: float) -> Array:
     """The size (N,) that a share of the rows (M, N) does not exceed."""
     ordered = np.sort(_with_open(sizes), axis=0)
-    last = int(np.ceil(share * len(ordered))) - 1
-    return np.asarray(ordered[last])
+    rank = int(np.ceil(share * len(ordered)))
+    quantile: Array = ordered[rank - 1]
+    return quantile

@@ -17,7 +17,6 @@ from .varied import Variable, VariedRobot
 STEP = 1e-5  # of the robot's reach, or rad: change of a column in a derivative
 UNFIT = 1e-4  # gap per change [lengths of the loop per reach] that nothing can close
 TINY = 1e-300
-_UP_AND_DOWN = (1.0, -1.0)
 
 
 def sensitivities(varied: VariedRobot, rows: ClosedRows, frame: str) -> Array:
@@ -36,7 +35,7 @@ def sensitivities(varied: VariedRobot, rows: ClosedRows, frame: str) -> Array:
     motion = _Motion(varied, rows, frame)
     result = np.zeros((len(rows.s), 6, varied.count))
     for variable in varied.variables:
-        for column in range(variable.columns.start, variable.columns.stop):
+        for column in variable.indices:
             result[:, :, column] = motion.derivative(variable, column)
     return result
 
@@ -59,10 +58,14 @@ class _Motion:
         step = STEP
         if variable.unit != "rad":
             step *= self.reach
-        (above, below) = (self._pose(variable, column, way * step) for way in _UP_AND_DOWN)
-        moved = (above[1] - below[1]) / (2.0 * step)
-        turned = rotation_vectors(above[0] @ np.swapaxes(below[0], 1, 2)) / (2.0 * step)
-        return np.concatenate([moved, turned], axis=1)
+        rotation, origin = self._pose(variable, column, step)
+        before, start = self._pose(variable, column, -step)
+        back = np.swapaxes(before, 1, 2)
+        turned = rotation_vectors(rotation @ back)
+        moved = origin - start
+        both = np.concatenate([moved, turned], axis=1)
+        slopes: Array = both / (2.0 * step)
+        return slopes
 
     def _pose(self, variable: Variable, column: int, change: float) -> tuple[Array, Array]:
         """Rotation (N, 3, 3) and origin (N, 3) of the frame with one column changed."""
@@ -72,11 +75,13 @@ class _Motion:
         s = self.rows.s.copy()
         gaps, _ = geometry.linearised(s, self.rows.charts)
         follow = applied(self.inverse, gaps)
-        remaining = np.abs(gaps - applied(self.jacobian, follow))
-        if remaining.max(initial=0.0) > UNFIT * STEP:
+        remaining = gaps - applied(self.jacobian, follow)
+        largest = np.abs(remaining).max(initial=0.0)
+        if largest > UNFIT * STEP:
             raise InputError(
                 f"tolerances: {variable.name} opens a loop: the loop has more equations than"
                 " unknowns, and closes for one value only; leave it out"
             )
         s[:, self.unknowns] -= follow
-        return ClosedRows(geometry, s, self.rows.charts).poses().frame(self.frame)
+        moved = ClosedRows(geometry, s, self.rows.charts)
+        return moved.poses().frame(self.frame)

@@ -56,7 +56,12 @@ class Variable:
     @property
     def size(self) -> int:
         """Number of its columns."""
-        return int(self.columns.stop - self.columns.start)
+        return len(self.indices)
+
+    @property
+    def indices(self) -> range:
+        """Indices of its columns."""
+        return range(self.columns.start, self.columns.stop)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,8 +187,8 @@ class VariedRobot:
         for variable in displaced:
             assert variable.pin is not None  # noqa: S101
             pins.append(variable.pin)
-            columns = range(variable.columns.start, variable.columns.stop)
-            shifts.append([Live(0.0, self._graph.input(0, k)) for k in columns])
+            symbols = [self._graph.input(0, k) for k in variable.indices]
+            shifts.append([Live(0.0, symbol) for symbol in symbols])
         description = with_displaced(with_four_bars(merged, general), pins, shifts)
         tree = build_tree(description)
         loops = loop_equations(tree, description, frozenset())
@@ -199,15 +204,18 @@ class VariedRobot:
 
     def at(self, change: Array) -> Geometry:
         """The geometry with changes (m,), or (N, m) with one row for each row of coordinates."""
-        columns = (self.start + change).T
-        nodes = self._graph.nodes
+        columns = self.start + change
         inputs: dict[int, Any] = {}
-        for index, (op, _, component) in enumerate(nodes):
+        for index, (op, _, component) in enumerate(self._graph.nodes):
             if op == "input":
-                inputs[index] = _scalar(columns[int(component)])
+                column = columns[..., int(component)]
+                inputs[index] = _scalar(column)
         numbers = live_numbers(self._live)
-        values = evaluate(self._graph, [number.symbol for number in numbers], inputs)
-        by_number = {id(number): value for number, value in zip(numbers, values, strict=True)}
+        symbols = [number.symbol for number in numbers]
+        values = evaluate(self._graph, symbols, inputs)
+        by_number: dict[int, Any] = {}
+        for number, value in zip(numbers, values, strict=True):
+            by_number[id(number)] = value
         live = bound(self._live, by_number)
         gains = np.ones(len(live.tree.coordinates))
         base = Transform(np.eye(3), np.zeros(3))
@@ -295,14 +303,14 @@ def _moved(rows: ClosedRows, geometry: Geometry) -> ClosedRows:
 
 def _are_same(one: ClosedRows, other: ClosedRows) -> bool:
     """Whether two geometries have the same gaps and poses at the same coordinates."""
-    pairs: list[tuple[Array, Array]] = []
+    reach = one.poses().extent()
     for first, second in zip(_facts(one), _facts(other), strict=True):
-        pairs.append((first, second))
-    scale = 1.0 + one.poses().extent()
-    return all(
-        first.shape == second.shape and np.abs(first - second).max(initial=0.0) <= SAME * scale
-        for first, second in pairs
-    )
+        if first.shape != second.shape:
+            return False
+        apart = np.abs(first - second)
+        if apart.max(initial=0.0) > SAME * (1.0 + reach):
+            return False
+    return True
 
 
 def _facts(rows: ClosedRows) -> Sequence[Array]:

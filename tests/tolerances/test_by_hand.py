@@ -107,3 +107,14 @@ def test_halving_the_largest_share_brings_most():
     expected = {"L1": np.hypot(0.5, 3.0), "L2": np.hypot(1.0, 1.5)}
     for name, size in expected.items():
         assert linear.halved[name] == pytest.approx(CHI_95[1] * size * 1e-4 / 3.0, rel=1e-6)
+
+
+def test_a_single_play_is_not_likely_beyond_its_hole():
+    """The normal law of a disc has 95 % within 1.22 of its radius."""
+    table = {"joints.q2.play": 1e-5, "L1": Tolerance(1e-9)}
+    linear = ToleranceAnalysis(robot(TWO_BAR), table).linear([0.2, 0.3])
+    assert linear.normal_sizes[0, 0] > 1.2e-5
+    np.testing.assert_allclose(linear.likely, linear.worst)
+    rare = ToleranceAnalysis(robot(TWO_BAR), {"L1": Tolerance(1e-5, sigmas=1.0)})
+    outside = rare.linear([0.2, 0.3])  # a third of all lengths is outside
+    np.testing.assert_allclose(outside.likely, CHI_95[1] * 1e-5, rtol=1e-5)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core import InputError, Robot, shipped_robots
+from hybrid_dynamics_core import InputError, Robot, load, shipped_robots
 from hybrid_dynamics_core.calibration.loop_choices import with_general_bars
 from hybrid_dynamics_core.description.geometry import rotation_from_rpy
 from hybrid_dynamics_core.formats.reader import parse_description
@@ -57,7 +57,7 @@ def laws(robot: Robot, seed: int) -> None:
 
 @pytest.mark.parametrize("name", swept(shipped_robots(), ("palletizer",)))
 def test_laws_of_shipped_robots(name: str) -> None:
-    laws(shipped(name), 3)
+    laws(load(name), 3)
 
 
 @examples(24)
