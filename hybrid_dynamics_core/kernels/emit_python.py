@@ -83,7 +83,8 @@ def count_uses(trace: Trace) -> Counter[int]:
     """Number of uses of each node; a check uses its value twice."""
     uses: Counter[int] = Counter()
     for index in trace.live:
-        uses.update(trace.graph.operands(index))
+        for operand in trace.graph.operands(index):
+            uses[operand] += 1
     results = [*trace.outputs, *(2 * [check.value for check in trace.checks])]
     uses.update(x.index for x in results if isinstance(x, Symbol))
     return uses

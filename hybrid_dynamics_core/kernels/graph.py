@@ -7,6 +7,7 @@ robots.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -62,7 +63,7 @@ class Graph:
         self.nodes: list[Key] = []
         self.blocks: list[Block] = []
         self._block_numbers: dict[tuple[object, ...], int] = {}
-        self._index: dict[tuple[str, bool, int | float, bool, int | float], int] = {}
+        self._numbers: dict[tuple[type, type], dict[Key, int]] = defaultdict(dict)
 
     def input(self, vector: int, component: int) -> Symbol:
         """A symbol for one component of an input vector."""
@@ -71,8 +72,9 @@ class Graph:
     def apply(self, op: str, a: Operand, b: Operand = 0.0) -> Symbol:
         """The symbol of an operation; an equal earlier one is reused."""
         first, second = _operand(a), _operand(b)
-        if op in _COMMUTATIVE and isinstance(first, int) and isinstance(second, int):
-            first, second = sorted((first, second))
+        are_nodes = isinstance(first, int) and isinstance(second, int)
+        if are_nodes and second < first and op in _COMMUTATIVE:
+            first, second = second, first
         return Symbol(self, self._node((op, first, second)))
 
     def keep(self, op: str, a: Operand, b: Operand = 0.0) -> Symbol:
@@ -108,7 +110,9 @@ class Graph:
         if op == "block":
             symbols = self.blocks[int(a)].symbols()
             return [x.index for x in symbols]
-        return [x for x in (a, b) if isinstance(x, int)]
+        if not isinstance(b, int):
+            return [a] if isinstance(a, int) else []
+        return [a, b] if isinstance(a, int) else [b]
 
     def live(self, roots: Sequence[Operand]) -> list[int]:
         """The roots and all nodes that they depend on, in order."""
@@ -124,14 +128,14 @@ class Graph:
         return [index for index in range(last + 1) if wanted[index]]
 
     def _node(self, key: Key) -> int:
-        op, a, b = key
-        # node 1 and the constant 1.0 compare equal, so the key has the type of each operand
-        full = (op, isinstance(a, int), a, isinstance(b, int), b)
-        index = self._index.get(full)
-        if index is None:
-            index = self._index[full] = len(self.nodes)
+        # node 1 and the constant 1.0 compare equal, so each type of operands has its own numbers
+        _, a, b = key
+        numbers = self._numbers[a.__class__, b.__class__]
+        number = numbers.get(key)
+        if number is None:
+            number = numbers[key] = len(self.nodes)
             self.nodes.append(key)
-        return index
+        return number
 
 
 def _operand(x: Operand) -> int | float:
@@ -154,8 +158,8 @@ class Symbol:
 
     def _negated(self) -> Symbol | None:
         """The operand if this is a negation, otherwise None."""
-        op, operand, _ = self.graph.nodes[self.index]
-        return Symbol(self.graph, int(operand)) if op == "neg" else None
+        node = self.graph.nodes[self.index]
+        return Symbol(self.graph, int(node[1])) if node[0] == "neg" else None
 
     def __add__(self, other: Operand) -> Operand:
         if not isinstance(other, Symbol):
@@ -207,9 +211,10 @@ class Symbol:
     def __mul__(self, other: Operand) -> Operand:
         if not isinstance(other, Symbol):
             return self._times(float(other))
-        a, b = self._negated(), other._negated()
-        if a is None and b is None:
+        nodes = self.graph.nodes
+        if nodes[self.index][0] != "neg" and nodes[other.index][0] != "neg":
             return self.graph.apply("mul", self, other)
+        a, b = self._negated(), other._negated()
         first = self if a is None else a
         second = other if b is None else b
         product = first * second
