@@ -72,7 +72,7 @@ def test_a_robot_is_loaded_without_libraries_that_are_slow_to_start() -> None:
         "import sys, hybrid_dynamics_core as hd, hybrid_dynamics_core.filtering;"
         "import hybrid_dynamics_core.calibration;"
         "hd.load('excavator');"
-        "print([name for name in sys.modules if name.startswith('scipy.')])"
+        "print([name for name in sys.modules if name.startswith(('scipy.', 'urllib.request'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
