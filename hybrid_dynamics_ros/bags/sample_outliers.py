@@ -8,8 +8,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
-from scipy.ndimage import median_filter
 
 from hybrid_dynamics_core.identification import noise_limit, robust_deviation
 
@@ -122,6 +120,8 @@ def _fast_steps(values: FloatArray) -> FloatArray:
 
     Jumps of a few samples are ignored.
     """
+    from scipy.ndimage import median_filter  # noqa: PLC0415  slow to import
+
     steps = np.empty(values.shape[1])
     for k, column in enumerate(values.T):
         sizes = np.abs(np.diff(column))
@@ -190,6 +190,8 @@ class _WindowSearch:
 
 def _fit_spline(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Residuals (N, k) of a least-squares spline, and 1 - leverage of each sample (N,)."""
+    from scipy.interpolate import BSpline  # noqa: PLC0415  slow to import
+
     inner = time[_KNOT_SPACING:-_KNOT_SPACING:_KNOT_SPACING]
     begin = np.full(_DEGREE + 1, time[0])
     end = np.full(_DEGREE + 1, time[-1])

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from hybrid_dynamics_core.estimation.splines import spline_derivatives
 
@@ -182,6 +181,8 @@ def _savgol(
     If stamps jitter, values are interpolated to the grid, and derivatives back to the stamps.
     Arguments are those of `spline_derivatives`.
     """
+    from scipy.signal import savgol_filter  # noqa: PLC0415  slow to import
+
     median = float(np.median(np.diff(time)))
     count = max(round((time[-1] - time[0]) / median) + 1, _LEAST)
     grid = np.linspace(time[0], time[-1], count)

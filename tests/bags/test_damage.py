@@ -343,10 +343,10 @@ def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["in"]
 
 
-def test_bags_need_no_ros():
+def test_bags_need_no_ros_and_start_without_libraries_that_are_slow_to_start():
     code = (
-        "import sys, hybrid_dynamics_ros.bags.process; sys.exit(bool({'rclpy', 'sensor_msgs'} &"
-        " set(sys.modules)))"
+        "import sys, hybrid_dynamics_ros.bags.process;"
+        "sys.exit(bool({'rclpy', 'sensor_msgs', 'scipy'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
 
