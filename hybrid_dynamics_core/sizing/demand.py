@@ -160,8 +160,9 @@ def _by_name(duty: DutyCycle, row: Array) -> dict[str, float]:
 
 def _raise_at(duty: DutyCycle, row: int, error: StateError) -> NoReturn:
     """Raise an error again, with the place of its row."""
+    problem = str(error).removeprefix(f"row {error.index}: ")
     error.index = row
-    error.args = (f"{duty.places[row]}: {error}",)
+    error.args = (f"{duty.places[row]}: {problem}",)
     raise error
 
 

@@ -215,6 +215,7 @@ def test_the_usual_cycle_closes_and_the_report_tells_of_it(tmp_path: Path) -> No
         ({"links": "yaw; bend: length=1"}, "there is no kind of link 'bend'"),
         ({"links": "pitch: length"}, "'length'; expected KEY=VALUE"),
         ({"links": "pitch: length=1 length=2"}, "length is given twice"),
+        ({"links": "pitch: tail=-1"}, "tail is -1; expected zero or more"),
         ({"links": "10"}, "there are 10 links; expected 9 at most"),
         ({"links": "yaw; pitch: on=l7"}, "there is no link 'l7'"),
         ({"links": ""}, "Class III has links: give them"),

@@ -89,7 +89,7 @@ def _link(number: int, phrase: Phrase) -> ArmLink:
         raise InputError(f"{phrase.place}: {no_such_name('kind of link', phrase.head, TURNS)}")
     phrase.require_keys(_KEYS)
     length = phrase.positive("length", "m", _LENGTHS[phrase.head])
-    tail = phrase.number("tail", "m", 0.0)
+    tail = phrase.size("tail", "m", 0.0)
     rolls = phrase.head == "roll"
     return ArmLink(
         number=number,
@@ -97,7 +97,7 @@ def _link(number: int, phrase: Phrase) -> ArmLink:
         length=length,
         tail=tail,
         mass=phrase.positive("mass", "kg", DENSITY * (length + tail)),
-        radius=phrase.number("radius", "m", RADIUS if rolls else 0.0),
+        radius=phrase.size("radius", "m", RADIUS if rolls else 0.0),
         at=phrase.number("at", "rad", _usual_angle(number, phrase.head)),
         on=phrase.word("on", ""),
         limits=phrase.numbers("limits", "rad", 2),

@@ -209,7 +209,7 @@ def _add_b(site: _Site) -> None:
     angle = angle_of(meeting - site.pivot)
     site.hang_first(angle)
     arm.add_hinge(loop.joints[1], level - turn, (name, second), arm.end_of(name))
-    carrier = loop.phrase.number("carrier", "m", 0.0)
+    carrier = loop.phrase.size("carrier", "m", 0.0)
     body = pin
     if carrier:
         body = point(carrier, 0.0)

@@ -49,6 +49,13 @@ class Phrase:
         (number,) = self.numbers(key, unit, 1)
         return number
 
+    def size(self, key: str, unit: str, otherwise: float) -> float:
+        """A number of zero or more."""
+        number = self.number(key, unit, otherwise)
+        if number < 0.0:
+            raise InputError(f"{self.place}: {key} is {number:g}; expected zero or more")
+        return number
+
     def positive(self, key: str, unit: str, otherwise: float = math.nan) -> float:
         """A number above zero."""
         number = self.number(key, unit, otherwise)
