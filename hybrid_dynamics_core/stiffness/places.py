@@ -25,15 +25,14 @@ def places_of(tree: PosedTree, joints: VirtualJoints) -> Places:
         joints: its virtual joints, with k deformations.
     """
     size = len(tree.tree.coordinates)
-    count = len(joints.deformations)
+    width = size + len(joints.deformations)
     places: dict[tuple[int, Key], Array] = {}
-    places[-1, ROOT] = np.zeros((6, size + count))
+    places[-1, ROOT] = np.zeros((6, width))
     _attach(tree, joints, -1, places)
     for body, link in enumerate(tree.tree.bodies):
         on_parent: Key = ("joint", link.joint)
         twists = places[link.parent, on_parent].copy()
-        for k in joints.of_joints.get(body, []):
-            twists[:, size + k] = joints.deformations[k].twist
+        _add(twists, joints, joints.of_joints.get(body, []))
         twists[:, link.coordinate] = tree.joint_twist(body)
         places[body, ROOT] = twists
         _attach(tree, joints, body, places)
@@ -47,7 +46,6 @@ def _attach(
     places: dict[tuple[int, Key], Array],
 ) -> None:
     """Add the places on a body, which move with the springs between them and its joint."""
-    size = len(tree.tree.coordinates)
     root = places[body, ROOT]
     flex = joints.flexes.get(body)
     for key in places_on(tree.robot, _name(tree, body)):
@@ -56,9 +54,16 @@ def _attach(
             continue
         twists = root.copy()
         for spring in flex.chains[key]:
-            for k in joints.of_links[body][spring]:
-                twists[:, size + k] = joints.deformations[k].twist
+            _add(twists, joints, joints.of_links[body][spring])
         places[body, key] = twists
+
+
+def _add(twists: Array, joints: VirtualJoints, indices: list[int]) -> None:
+    """Set the columns of some deformations, which are the last ones."""
+    first = twists.shape[1] - len(joints.deformations)
+    for k in indices:
+        twist = joints.deformations[k].twist
+        twists[:, first + k] = twist
 
 
 def _name(tree: PosedTree, body: int) -> str:

@@ -54,14 +54,18 @@ def tube_section(diameter: float, wall: float) -> Section:
     Raises:
         InputError: a number is not above zero, or the wall is thicker than the radius.
     """
-    outer = positive("diameter", diameter, "m") / 2.0
-    inner = outer - positive("wall", wall, "m")
+    outer = 0.5 * positive("diameter", diameter, "m")
+    thickness = positive("wall", wall, "m")
+    inner = outer - thickness
     if inner < 0.0:
         raise InputError(f"wall is {wall:g} m; expected at most the radius, {outer:g} m")
     area = math.pi * (outer**2 - inner**2)
     second = math.pi / 4.0 * (outer**4 - inner**4)
-    shear = 0.5 * area if inner > 0.0 else 0.9 * area
-    return Section(area, second, second, 2.0 * second, shear, shear)
+    torsion = 2.0 * second
+    shear = 0.9 * area
+    if inner > 0.0:
+        shear = 0.5 * area
+    return Section(area, second, second, torsion, shear, shear)
 
 
 def box_section(width: float, height: float, wall: float) -> Section:
@@ -83,13 +87,18 @@ def box_section(width: float, height: float, wall: float) -> Section:
     t = positive("wall", wall, "m")
     if not 2.0 * t < min(b, h):
         raise InputError(f"wall is {t:g} m; expected less than half of {min(b, h):g} m")
-    inner_b, inner_h = b - 2.0 * t, h - 2.0 * t
+    inner_b = b - 2.0 * t
+    inner_h = h - 2.0 * t
     about_y = (b * h**3 - inner_b * inner_h**3) / 12.0
     about_z = (h * b**3 - inner_h * inner_b**3) / 12.0
-    middle_b, middle_h = b - t, h - t
-    torsion = 2.0 * t * (middle_b * middle_h) ** 2 / (middle_b + middle_h)
+    middle_b = b - t
+    middle_h = h - t
+    enclosed = middle_b * middle_h
+    torsion = 2.0 * t * enclosed**2 / (middle_b + middle_h)
     area = b * h - inner_b * inner_h
-    return Section(area, about_y, about_z, torsion, 2.0 * t * b, 2.0 * t * h)
+    flanges = 2.0 * t * b
+    webs = 2.0 * t * h
+    return Section(area, about_y, about_z, torsion, flanges, webs)
 
 
 @dataclass(frozen=True, eq=False)
