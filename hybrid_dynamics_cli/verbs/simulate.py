@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -11,7 +12,7 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.limits import LimitMargins
-from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
+from hybrid_dynamics_core.simulation import Event, Settings, Simulation, simulate
 
 from ..limits import margin_facts, margins_at
 from ..output import by_name, number, show, show_written, table
@@ -68,6 +69,11 @@ Examples:
 @click.option(
     "--saturate", is_flag=True, help="Drives give no more than their limits, pressures and flows."
 )
+@click.option(
+    "--through-change-points",
+    is_flag=True,
+    help="Pass change points and dead centres as the mechanism does, not end there.",
+)
 @output_option("--save", "save", help="Write the motion to a .csv or .npz file.")
 @draw_option("plot", help="Draw it")
 @overwrite_option
@@ -80,6 +86,7 @@ def command(
     tau: str | None,
     rate: float,
     saturate: bool,
+    through_change_points: bool,
     save: str | None,
     plot: str | None,
     overwrite: bool,
@@ -87,7 +94,7 @@ def command(
 ) -> None:
     """The motion from a start under constant efforts, or none.
 
-    Ends early at a stroke end or a singular place.
+    Ends early at a stroke end, or at a singular place that it may not pass.
     """
     machine = loaded(robot)
     inputs = read_by(machine)
@@ -100,7 +107,7 @@ def command(
         closed(machine, u, du),
         tau=_efforts(machine, tau),
         t_span=(0.0, seconds),
-        settings=_settings(rate, saturate),
+        settings=_settings(rate, saturate, through_change_points),
     )
     margins = margins_at(machine, result.state, result.ddu, result.tau)
     data = facts(result) | {"limits": margin_facts(margins)}
@@ -114,11 +121,12 @@ def command(
         show_written(plot, "its picture", as_json)
 
 
-def _settings(rate: float, saturate: bool) -> Settings:
+def _settings(rate: float, saturate: bool, through_change_points: bool) -> Settings:
     """Settings of the simulation; near limits of flow the motion is stiff."""
-    if saturate:
-        return Settings(rate=rate, saturate=True, method="LSODA", rtol=1e-6, atol=1e-8)
-    return Settings(rate=rate)
+    settings = Settings(rate=rate, through_change_points=through_change_points)
+    if not saturate:
+        return settings
+    return replace(settings, saturate=True, method="LSODA", rtol=1e-6, atol=1e-8)
 
 
 def _margin_lines(result: Simulation, margins: LimitMargins | None) -> list[str]:
@@ -160,12 +168,32 @@ def facts(result: Simulation) -> dict[str, Any]:
         "seconds": float(result.t[-1]),
         "u": by_name(result.names, result.u[-1]),
         "du": by_name(result.names, result.du[-1]),
-        "events": [{"time": event.time, "message": event.message} for event in result.events],
+        "events": [_event_facts(result, event) for event in result.events],
         "relative_energy_error": result.relative_energy_error,
         "residual": result.residual,
         "samples": len(result.t),
         "steps": result.steps,
     }
+
+
+def _event_facts(result: Simulation, event: Event) -> dict[str, Any]:
+    """An event as plain data; of a passage with both motions that meet there."""
+    data: dict[str, Any] = {"time": event.time, "kind": event.kind, "message": event.message}
+    passage = event.passage
+    if passage is None:
+        return data
+    names = result.coordinates
+    others = [by_name(names, np.array(rates)) for rates in passage.other_rates]
+    data["passage"] = {
+        "kind": passage.kind,
+        "loops": list(passage.loops),
+        "place": by_name(names, np.array(passage.s)),
+        "rates": by_name(names, np.array(passage.rates)),
+        "other_rates": others,
+        "before": dict(passage.before),
+        "after": dict(passage.after),
+    }
+    return data
 
 
 def text(machine: Robot, result: Simulation) -> str:

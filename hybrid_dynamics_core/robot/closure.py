@@ -48,6 +48,7 @@ class Closure:
         start: all coordinates (n_s,) of the reference configuration [rad, m].
         turns: passive angles whose whole turns are not fixed by the loops.
         charts: charts of ball and free joints.
+        solver: solver from the active coordinates.
         iterates: whether some loop has no closed form.
         is_followed: whether compiled calls come from the reference in one move, if they can.
     """
@@ -59,9 +60,9 @@ class Closure:
         self.start = model.reference_s
         self.turns = FreeTurns(model.program_model)
         self._states = StateBuilder(model)
-        self.charts = Charts(model, self._run_closure, self._states)
-        self._solver = self._solver_of("close", model.program_model)
-        self.iterates = self._solver.iterates
+        self.charts = Charts(model, self.run_closure, self._states)
+        self.solver = self._solver_of("close", model.program_model)
+        self.iterates = self.solver.iterates
         # charts of ball joints may change on the way
         self.is_followed = self.iterates and not self.charts.change_in_loops
 
@@ -124,7 +125,7 @@ class Closure:
         """Close at checked arguments."""
         start = self._start_at(near, len(u) if u.ndim == 2 else -1)
         signs = self._signs_for(near, branch)
-        values, codes = self._solver.close(u, du, signs, start)
+        values, codes = self.solver.close(u, du, signs, start)
         state = self._states.build(u, du, signs, values, codes, check)
         if near is None:
             return state
@@ -167,10 +168,10 @@ class Closure:
             self.charts.require_no_passage(through_change_points)
             return self.charts.close_path(self._close, u, du, near)
         if through_change_points:
-            path = follow_through(self._solver, self.model.program_model, u, signs, start)
-            state = self._states.build_through(u, du, path, self._run_closure)
+            path = follow_through(self.solver, self.model.program_model, u, signs, start)
+            state = self._states.build_through(u, du, path, self.run_closure)
         else:
-            values, codes = self._solver.path(u, du, signs, start)
+            values, codes = self.solver.path(u, du, signs, start)
             state = self._states.build(u, du, signs, values, codes)
         return state if near is None else self._states.on_modes_of(near, state)
 
@@ -192,7 +193,7 @@ class Closure:
         s = self.turns.along(np.atleast_2d(state.s), before).reshape(state.s.shape)
         if np.array_equal(s, state.s):
             return state
-        values, codes = self._run_closure(state.u, state.du, state.signs, s)
+        values, codes = self.run_closure(state.u, state.du, state.signs, s)
         build = self._states.build
         followed = build(state.u, state.du, state.signs, values, codes, check=False)
         return replace(followed, branch=state.branch)
@@ -289,7 +290,7 @@ class Closure:
         modes = []
         search = ModeSearch(self.model.program_model, u, self.signs, self.start)
         for signs, s, names in search.solutions:
-            values, codes = self._run_closure(u, du, signs, s)
+            values, codes = self.run_closure(u, du, signs, s)
             search.note(int(codes))
             if codes == 0:
                 state = self._states.build(u, du, frozen(signs), values, codes)
@@ -298,13 +299,13 @@ class Closure:
 
     def close_on(self, u: Array, du: Array, signs: Array) -> ClosedState:
         """Close on given signs: those of the blocks, then the charts of ball and free joints."""
-        values, codes = self._solver.close(u, du, signs, None)
+        values, codes = self.solver.close(u, du, signs, None)
         return self._states.build(u, du, signs, values, codes)
 
     @lazy
     def reference_start(self) -> Start:
         """The reference configuration, and R there."""
-        return self._solver.reference(self.signs)
+        return self.solver.reference(self.signs)
 
     @lazy
     def quick(self) -> QuickClosure:
@@ -385,7 +386,8 @@ class Closure:
     def _solver_of(self, key: str, model: programs.Model) -> ClosureSolver:
         return ClosureSolver(model, closure_runs(self.kernels, key, model))
 
-    def _run_closure(self, u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
+    def run_closure(self, u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
+        """Results and status codes of the closure kernel."""
         inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
         return self.kernels.run("close", programs.CLOSE, inputs)
 
@@ -393,8 +395,6 @@ class Closure:
 
     def state_at(self, s: Array, ds: Array, signs: Array) -> ClosedState:
         """The closed state of all coordinates s (n_s,) and rates on given branch signs."""
-        n = len(self.model.active)
-        u = s[:n].copy()
-        du = ds[:n].copy()
-        values, codes = self._run_closure(u, du, signs, s)
+        u, du = s[: len(self.model.active)].copy(), ds[: len(self.model.active)].copy()
+        values, codes = self.run_closure(u, du, signs, s)
         return self._states.build(u, du, signs, values, codes)

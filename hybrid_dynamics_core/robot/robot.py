@@ -27,6 +27,7 @@ from .kernel_store import KernelStore
 from .kinematics import Kinematics
 from .model import RobotModel
 from .parameters import FreeParameters, with_parameters
+from .passing import SingularPlaces, better_coordinates, with_active
 from .proofs import Certification
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class Robot:
         self._joint_poses = JointPoses(self._model, self._closure)
         self._parameters = FreeParameters(self._model, self._closure)
         self._certification = Certification(self._model, self._closure)
+        self._singular_places = SingularPlaces(self._model, self._closure)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
         """Pickle and copy by the description."""
@@ -63,7 +65,8 @@ class Robot:
     def __repr__(self) -> str:
         return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"
 
-    with_parameters = with_parameters  # a function of the robot
+    with_parameters = with_parameters  # functions of the robot
+    with_active = with_active
     free = delegate("_parameters", FreeParameters.free)
 
     # -- names and limits
@@ -215,6 +218,15 @@ class Robot:
         Its assembly mode is that of the state from which it is followed.
         """
         return self._model.follows
+
+    # -- singular places that a motion passes
+
+    better_coordinates = better_coordinates  # a function of the robot
+
+    @property
+    def singular_places(self) -> SingularPlaces:
+        """Change points and toggles: crossings ahead of a state, states beside a place."""
+        return self._singular_places
 
     # -- ball and free joints
 

@@ -6,30 +6,38 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..closed_state.passages.record import Passage
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.units import coordinate_unit
 from ..robot.robot import Robot
 
-LIMIT, SINGULAR = "limit", "singular"
+LIMIT, SINGULAR, PASSAGE = "limit", "singular", "passage"
 
 
 @dataclass(frozen=True)
 class Event:
-    """A limit or singularity that a simulation reached.
+    """A limit or singularity that a simulation reached, or a singular place that it passed.
 
     Attributes:
         time: time of the event [s].
-        kind: "limit" or "singular".
-        name: name of the coordinate or of the loop.
+        kind: "limit", "singular" or "passage".
+        name: name of the coordinate or of the loop; of several loops joined by +.
         message: description of the event, in a sentence.
+        passage: the place of a "passage", with both motions that meet there; else None.
     """
 
     time: float
     kind: str
     name: str
     message: str
+    passage: Passage | None = None
+
+
+def passage_event(time: float, passage: Passage) -> Event:
+    """The event of a passage."""
+    return Event(time, PASSAGE, "+".join(passage.loops), passage.message, passage)
 
 
 @dataclass(frozen=True)
@@ -63,14 +71,17 @@ class Watch:
     Args:
         robot: the model.
         singular: distance to a singular configuration at which a simulation ends.
+
+    Attributes:
+        singular: that distance.
     """
 
     def __init__(self, robot: Robot, singular: float) -> None:
-        self._singular = singular
+        self.singular = singular
         self._limits = _limits(robot)
 
-    def check_start(self, state: ClosedState) -> None:
-        """Raise InputError if the start is beyond a limit, or too near to a singularity."""
+    def check_limits(self, state: ClosedState) -> None:
+        """Raise InputError if the start is beyond a limit."""
         for limit in self._limits:
             if limit.distance(state.s) < 0.0:
                 side = "above" if limit.is_upper else "below"
@@ -78,10 +89,13 @@ class Watch:
                     f"{limit.name} = {state.s[limit.index]:.6g} {limit.unit} starts {side} its"
                     f" limit {limit.value:.6g} {limit.unit}"
                 )
-        if state.singularity < self._singular:
+
+    def check_singularity(self, state: ClosedState) -> None:
+        """Raise InputError if the start is too near to a singularity."""
+        if state.singularity < self.singular:
             raise InputError(
                 f"loop '{state.singular_loop}' starts {state.singularity:.3g} (of at most 1) from a"
-                f" singular configuration; the simulation would end at {self._singular:.3g}"
+                f" singular configuration; the simulation would end at {self.singular:.3g}"
             )
 
     def margins(self, state: ClosedState) -> Array:
@@ -89,7 +103,7 @@ class Watch:
         margins = np.empty((*state.u.shape[:-1], len(self._limits) + 1))
         for k, limit in enumerate(self._limits):
             margins[..., k] = limit.distance(state.s)
-        margins[..., -1] = state.singularity - self._singular
+        margins[..., -1] = state.singularity - self.singular
         margins[np.asarray(state.status) != ClosureStatus.OK] = -1.0
         return margins
 

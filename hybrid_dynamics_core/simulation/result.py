@@ -14,6 +14,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from ..closed_state.passages.record import passage_from
 from ..closed_state.state import ClosedState
 from ..dynamics.energy import Energy
 from ..errors import InputError
@@ -214,7 +215,7 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
 def _simulation(head: Mapping[str, Any], arrays: Mapping[str, Array]) -> Simulation:
     """A simulation from the head and the arrays of a file."""
     energies = [arrays[f"energy_{name}"] for name in Energy._fields]
-    events = [Event(**event) for event in head["events"]]
+    events = [_event(event) for event in head["events"]]
     return Simulation(
         robot=head["robot"],
         names=tuple(head["names"]),
@@ -231,6 +232,14 @@ def _simulation(head: Mapping[str, Any], arrays: Mapping[str, Array]) -> Simulat
         steps=head["steps"],
         evaluations=head["evaluations"],
     )
+
+
+def _event(entry: Mapping[str, Any]) -> Event:
+    """An event from its entry in a file."""
+    passage = entry.get("passage")
+    if passage is not None:
+        passage = passage_from(passage)
+    return Event(entry["time"], entry["kind"], entry["name"], entry["message"], passage)
 
 
 def _state(head: Mapping[str, Any], arrays: Mapping[str, Array]) -> ClosedState:

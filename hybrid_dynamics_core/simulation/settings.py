@@ -45,6 +45,9 @@ class Settings:
         saturate: whether drives give no more than their efforts, pressures, powers and flows allow.
             The recorded tau is what they give.
         progress: whether to show a line of progress. None: on a terminal, after one second.
+        through_change_points: whether the motion passes singular places where the mechanism does:
+            change points, where rates stay continuous, and toggles, where another joint is
+            integrated. Each is an event. Otherwise the simulation ends there.
 
     Raises:
         InputError: the method is unknown, a number is not above zero, or a wrench has rows.
@@ -61,6 +64,7 @@ class Settings:
     singular: float = 0.01
     saturate: bool = False
     progress: bool | None = None
+    through_change_points: bool = False
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:

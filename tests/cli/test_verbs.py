@@ -251,6 +251,43 @@ def test_simulation_is_reported_saved_and_drawn(spelling: str, tmp_path: Path) -
     assert figure.read_bytes().startswith(b"\x89PNG")
 
 
+FOLDING = """
+format: 1
+name: folding
+links:
+  base: {}
+  crank: {mass: 1, inertia: {xx: 1, yy: 1, zz: 1}}
+  coupler: {mass: 1}
+  rocker: {mass: 1}
+joints:
+  q1: {type: revolute, parent: base, child: crank, axis: z}
+  q2: {type: revolute, parent: crank, child: coupler, axis: z, origin: {xyz: [0.1, 0, 0]}}
+  q3: {type: revolute, parent: base, child: rocker, axis: z, origin: {xyz: [0.3, 0, 0]}}
+closures:
+  bar: {kind: planar, between: {coupler: [0.3, 0, 0], rocker: [0.1, 0, 0]}}
+active: [q1]
+end_effector: {link: rocker}
+reference: {q1: 1, q2: -1, q3: 1}
+"""
+
+
+def test_simulation_passes_change_points_where_asked(tmp_path: Path) -> None:
+    file = tmp_path / "folding.yaml"
+    file.write_text(FOLDING, encoding="utf-8")
+    words = ("simulate", str(file), "--seconds", "0.6", "--du", "q1=-3")
+    assert not data_of(*words)["completed"]
+    answer = data_of(*words, "--through-change-points")
+    assert answer["completed"]
+    (event,) = answer["events"]
+    assert event["kind"] == "passage"
+    passage = event["passage"]
+    assert passage["kind"] == "change point"
+    assert passage["rates"]["q3"] == pytest.approx(-3.0, abs=1e-6)
+    assert passage["other_rates"][0]["q3"] == pytest.approx(6.0, abs=1e-6)
+    text = call(*words, "--through-change-points").output
+    assert "loop 'bar' passed a change point, from mode" in text
+
+
 def test_held_weight_stays(forging: Robot) -> None:
     answer = data_of("simulate", forging.name, "--seconds", "0.5", "--tau", "weight")
     assert list(answer["u"].values()) == pytest.approx(forging.reference.tolist(), abs=1e-8)

@@ -35,6 +35,7 @@ PRINTS = {  # the script, and what its output has to say
     "palletizer_tolerances": "likely error (95 %): up to",
     "tilting_excavator": "teeth of the bucket:",
     "as_fast_as_the_pump_allows": "limited by",
+    "flywheel_through_dead_centres": "dead centres and",
 }
 SAMPLE = ("excavator_digging", "palletizer_level_wrist")  # of which each run draws the figures
 

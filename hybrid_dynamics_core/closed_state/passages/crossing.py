@@ -24,9 +24,10 @@ from ..continuation import Start
 from .interpolation import root, slope_weights, weights
 
 SPACING = np.array([1.0, 1.3, 1.7, 2.2, 2.8])  # places of one side, in units of the nearest one
-DISTANCE = 0.02  # distance to the singularity at the nearest place: R keeps 12 digits there
+DISTANCES = (0.02, 0.045)  # to the singularity, of the nearest place: R keeps 12 digits there
 HALVINGS = 3  # most times that all places are moved nearer
 MISFIT = 1e-6  # [rad or m] largest disagreement of interpolations by all places and by fewer
+ENOUGH = 1e-11  # disagreement at which the places need not be nearer
 CLOSED = 1e-9  # residual of the loops, in their lengths, up to which the place is singular
 ROUNDS = 24  # trials to find a fitting width
 
@@ -194,6 +195,8 @@ class _Search:
             if crossing is None:
                 continue
             misfit = _misfit(crossing)
+            if misfit < ENOUGH:
+                return crossing
             if misfit < least:
                 best, least = crossing, misfit
             elif best is not None:
@@ -212,15 +215,16 @@ class _Search:
         return values, int(code)
 
     def _width(self, share: float) -> float | None:
-        """How far before the place, as a share of the line, its distance is `DISTANCE`."""
+        """How far before the place, as a share of the line, its distance is in `DISTANCES`."""
+        least, most = DISTANCES
         width = min(0.05 / float(np.abs(self._line.way).max()), 1e3)
         for _ in range(ROUNDS):
             distance = self._distance(share - width)
             if distance is None:
                 width *= 0.25
-            elif distance > 2.0 * DISTANCE:
+            elif distance > most:
                 width *= 0.5
-            elif distance < 0.5 * DISTANCE:
+            elif distance < least:
                 width *= 1.7
             else:
                 return width

@@ -10,12 +10,11 @@ import numpy as np
 from ...ground.arrays import Array
 from ...kernels.status import GOOD
 from ...programs import Model
-from ..assembly_modes import branch_names
 from ..closure_solver import ClosureSolver
 from ..continuation import Start
-from .branches import other_rates
 from .crossing import Crossing, Line, PassageKind, find_crossing
 from .record import Passage
+from .recorded import Passed, recorded
 
 TOUCHED = 1e-9  # [rad or m] a path this near a turning value touches it
 MOST = 32  # passages between two rows
@@ -199,34 +198,18 @@ class _Path:
 
     def _record(self, crossing: Crossing) -> Passage:
         """The record of a passage."""
-        s = crossing.s_at(0.0)
         rates = crossing.tangent()
-        plan = self._model.plan
-        charts = crossing.before[len(plan.blocks) :]
-        others: Mapping[int, Array] = {}
         if crossing.kind is PassageKind.TOGGLE:
             rates = rates / np.linalg.norm(rates)
-        else:
-            others = other_rates(self._model, charts, s, rates)
-        loops = [plan.blocks[k].name for k in crossing.blocks]
-        return Passage(
-            kind=crossing.kind.value,
-            loops=tuple(dict.fromkeys(loops)),
-            s=tuple(s.tolist()),
-            rates=tuple(rates.tolist()),
-            other_rates=tuple(tuple(other.tolist()) for other in others.values()),
-            before=self._modes(crossing.before),
-            after=self._modes(crossing.beyond),
-            index=self._done,
+        passed = Passed(
+            crossing.kind,
+            crossing.blocks.tolist(),
+            crossing.s_at(0.0),
+            rates,
+            crossing.before,
+            crossing.beyond,
         )
-
-    def _modes(self, signs: Array) -> Mapping[str, str]:
-        """Names of the assembly modes by loop."""
-        plan = self._model.plan
-        names = []
-        for block, sign in zip(plan.blocks, signs.tolist(), strict=False):
-            names.append(block.modes[0 if sign > 0 else 1])
-        return dict(branch_names(plan, names))
+        return recorded(self._model, passed, self._done)
 
 
 def _share_of(line: Line, u: Array) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -45,3 +46,17 @@ class Passage:
         modes = [f"{self.before[loop]} to {self.after[loop]}" for loop in self.loops]
         changed = ", ".join(dict.fromkeys(modes))
         return f"loop '{names}' passed a {self.kind}, from mode {changed}"
+
+
+def passage_from(entry: Mapping[str, Any]) -> Passage:
+    """The record from plain data, such as `dataclasses.asdict` makes."""
+    return Passage(
+        kind=entry["kind"],
+        loops=tuple(entry["loops"]),
+        s=tuple(entry["s"]),
+        rates=tuple(entry["rates"]),
+        other_rates=tuple(tuple(rates) for rates in entry["other_rates"]),
+        before=dict(entry["before"]),
+        after=dict(entry["after"]),
+        index=entry["index"],
+    )
