@@ -116,6 +116,21 @@ QUICKLY_COMPILED = (
     "published",
     "simulation",
 )
+# folders and files that take long: they begin first, so that no core waits for the last of them
+LONG = (
+    "bags/test_tool_force.py",
+    "core/test_closed_form_ik.py",
+    "demo/test_demo.py",
+    "export/test_c_programs.py",
+    "export/test_c_random.py",
+    "frameworks",
+    "generated",
+    "laws/test_regrouped.py",
+    "ros/test_node_load.py",
+    "ros/test_node_process.py",
+    "ros/test_page_blocks.py",
+    "view/test_browser.py",
+)
 NODE = ("demo", "ros")  # folders that need ROS and the interfaces
 COMPILED = ("excavator", "five_bar", "forging_chu2020")  # of the robots of tests/laws
 
@@ -130,7 +145,7 @@ def pytest_report_header() -> list[str]:
 
 @pytest.hookimpl(tryfirst=True)  # before any is deselected
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests of the node, and hold that no law is without a sample.
+    """Mark the tests of the node, hold that no law is without a sample, and begin with long files.
 
     Raises:
         pytest.UsageError: all cases of a test are marked `sweep`, and none stands for them.
@@ -141,6 +156,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     unsampled = [name for name, cases in by_function(items).items() if not has_sample(cases)]
     if unsampled:
         raise pytest.UsageError(f"no case is in the sample of {', '.join(unsampled)}")
+    items.sort(key=is_short)
 
 
 def pytest_collection_finish() -> None:
@@ -148,6 +164,12 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)  # and search seldom: most of what tests make has no circles
+
+
+def is_short(item: pytest.Item) -> bool:
+    """Whether a test is in none of the files that begin first."""
+    file = item.path.relative_to(ROOT)
+    return not {file.parts[0], file.as_posix()} & set(LONG)
 
 
 def by_function(items: Iterable[pytest.Item]) -> dict[str, list[pytest.Item]]:

@@ -200,8 +200,9 @@ class Commands:
         return [python, "tools/environment.py", str(self.venv), purpose]
 
     def pytest(self, *arguments: str) -> list[str]:
-        """Tests on all cores."""
-        options = ["--numprocesses", str(CORES), "--dist", "loadfile", f"--durations={SLOWEST}"]
+        """Tests on all cores, in the order of tests/conftest.py: long files first."""
+        options = ["--numprocesses", str(CORES), "--dist", "loadfile", "--no-loadscope-reorder"]
+        options.append(f"--durations={SLOWEST}")
         return [self.python, "-m", "pytest", *options, *arguments]
 
 
