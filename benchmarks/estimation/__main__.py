@@ -1,6 +1,7 @@
 """Accuracy of weighing, of forces at the tool, and of joint states from IMUs.
 
-python -m benchmarks.estimation [--lifts N] [--forces N] [--states N] [--seed S] [--publish]
+python -m benchmarks.estimation [--lifts N] [--forces N] [--states N] [--bounds]
+    [--seed S] [--publish]
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from pathlib import Path
 
 from benchmarks import publish
 
+from .bounds import CONFIDENT, force_bounds, mass_bound
 from .forces import force_table, pushed
 from .states import outcomes, states_table
 from .weighing import weighed, weighing_table
@@ -24,11 +26,17 @@ def main() -> None:
     parser.add_argument("--lifts", type=int, help="number of machines that weigh; 200 if alone")
     parser.add_argument("--forces", type=int, help="number of machines that feel a force")
     parser.add_argument("--states", type=int, help="number of cycles whose states are estimated")
+    parser.add_argument("--bounds", action="store_true", help="what no method can be better than")
     parser.add_argument("--seed", type=int, default=0, help="seed of the first one")
     parser.add_argument("--publish", action="store_true", help="put the tables into the docs")
     arguments = parser.parse_args()
     lifts = arguments.lifts
-    if lifts is None and arguments.forces is None and arguments.states is None:
+    if arguments.bounds:
+        mass = mass_bound(arguments.seed)
+        print(f"mass without an empty run: {mass:.1f} kg, {2.0 * CONFIDENT * mass:.1f} kg wide")
+        lines = force_bounds(arguments.seed)
+        _show("bounds", "tool_force.md", lines, arguments.publish)
+    elif lifts is None and arguments.forces is None and arguments.states is None:
         lifts = LIFTS
     if lifts:
         lines = weighing_table(weighed(lifts, arguments.seed))

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.estimation.bounds import mass_bound
 from benchmarks.estimation.lifts import machine, recorded
 from benchmarks.estimation.weighing import CASES, FULL_SCALE, lift, weighed
 from hybrid_dynamics_core import InputError, Payload, load
@@ -168,6 +169,11 @@ def test_noisy_lifts_are_weighed_within_their_intervals(seed):
         low, high = estimate.interval
         assert low < mass < high
         assert estimate.quality == "good"
+
+
+def test_no_method_is_better_than_the_mass_of_the_bucket_without_an_empty_run():
+    """1 % of 850 kg cannot be told from the load; a bound of Cramer and Rao says no less."""
+    assert 8.5 < mass_bound() < 9.5
 
 
 @pytest.mark.sweep(sample="test_noisy_lifts_are_weighed_within_their_intervals")
