@@ -24,6 +24,7 @@ from .fit import Fit, System, fitted, unfitting
 from .misfit import check_fit, check_place, check_result
 from .plateau import loaded_blocks
 from .run import MeasuredRun
+from .sensors import SensorError
 from .tolerances import Tolerances
 from .unknowns import SHARE_OF_REACH, Unknowns, load_deviations
 
@@ -291,6 +292,11 @@ class _Weighing:
         """The estimate from a fit to the blocks of a mask (B,); raises SensorError."""
         from scipy.special import stdtrit  # noqa: PLC0415  slow to import
 
+        if not rows[: len(self.blocks[0].target)].any():
+            raise SensorError(
+                "no part of the run fits a load and the run of the empty tool; is a sensor"
+                f" off, or is one run of another machine than {self.runs[0].robot.name}?"
+            )
         mass = float(fit.values[0])
         deviation = float(np.sqrt(fit.covariance[0, 0]))
         check_result(self.runs[0], fit.noise, mass, deviation, IMPOSSIBLE)
