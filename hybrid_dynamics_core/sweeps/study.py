@@ -38,6 +38,8 @@ VERSION: Final = 1  # of the content of results
 Column = NDArray[Any]
 _OF_A_DESIGN = ("robot", "poses", "quantities", "function")  # parts that decide its numbers
 _KINDS = {kind.value: kind.name.lower() for kind in OutcomeKind}
+SHARES: Final[tuple[str, ...]] = ("closes", "within_limits")  # of the poses
+SLACK: Final = 1e-9  # [rad, m] beyond a limit: rounding
 LETTERS: Final = max(map(len, _KINDS.values()))  # of a status
 
 
@@ -222,16 +224,20 @@ class _Evaluator:
         results: dict[str, Array] = {}
         if self.family is not None:
             results = self._quantities(designs)
-        closes = results.pop("closes", np.ones(len(values)))
+        shares: dict[str, Array] = {}
+        for name in SHARES:
+            if name in results:
+                shares[name] = results.pop(name)
         if work.function is not None:
             results |= self._function(designs)
         if isinstance(work.function, EachRobot):
-            closes = np.where(designs.status == CLOSED, closes, 0.0)
+            for name, share in shares.items():
+                shares[name] = np.where(designs.status == CLOSED, share, 0.0)
         for name in results:
-            if name in columns or name in ("design", "status", "closes"):
+            if name in columns or name in ("design", "status", *SHARES):
                 raise InputError(f"function: there is a column '{name}' already; use another name")
             results[name] = np.where(designs.status == CLOSED, results[name], np.nan)
-        return {**columns, "status": designs.status, "closes": closes, **results}
+        return {**columns, "status": designs.status, **shares, **results}
 
     def _quantities(self, designs: Designs) -> dict[str, Array]:
         """The named quantities, and the share of the poses that close."""
@@ -253,7 +259,18 @@ class _Evaluator:
         kinds = codes[np.arange(count), first]
         for kind, text in _KINDS.items():
             designs.status[kinds == kind] = text
-        return {"closes": (codes == 0).mean(axis=1), **columns}
+        is_within = self._within_limits(results["close"]["s"]).reshape(count, poses)
+        shares = {"closes": codes == 0, "within_limits": (codes == 0) & is_within}
+        return {**{name: mask.mean(axis=1) for name, mask in shares.items()}, **columns}
+
+    def _within_limits(self, s: Array) -> NDArray[np.bool_]:
+        """Whether all coordinates of rows (R, n_s) are within the limits of the description."""
+        joints = self.robot.description.joints
+        limits = np.array([joints[name].limits for name in self.robot.coordinates])
+        low, high = limits.T
+        with np.errstate(invalid="ignore"):  # rows that do not close are NaN
+            is_within = (s >= low - SLACK) & (s <= high + SLACK)
+        return np.asarray(is_within.all(axis=1))
 
     def _function(self, designs: Designs) -> dict[str, Array]:
         """The columns of the function."""

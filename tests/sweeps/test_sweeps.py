@@ -90,6 +90,17 @@ def test_a_design_that_does_not_close_is_a_row_with_its_status() -> None:
         shipped(NAME).with_parameters(L2=results["L2"][row], L3=results["L3"][row])
 
 
+def test_a_joint_beyond_its_limits_is_told() -> None:
+    """With a long rod the ankle closes where its pitch may not be; there is no such robot."""
+    robot = shipped("ankle")
+    results = sweep(Study(robot, listed({"rod": [0.21, 0.29, 0.5]}), ["coordinate.pitch"]))
+    assert results["within_limits"].tolist() == [1.0, 0.0, 0.0]
+    assert results["closes"].tolist() == [1.0, 1.0, 0.0]
+    assert results["coordinate.pitch"][1] < robot.description.joints["pitch"].limits[0]
+    with pytest.raises(DescriptionError, match="outside"):
+        robot.with_parameters(rod=0.29)
+
+
 def test_quantities_of_several_poses_are_summaries() -> None:
     robot = shipped(NAME)
     u = np.tile(robot.reference, (3, 1))

@@ -279,7 +279,7 @@ def facts(results: Mapping[str, Any]) -> dict[str, Any]:
     status = dict(zip(kinds.tolist(), counts.tolist(), strict=True))
     ranges: dict[str, Any] = {}
     names = list(results)
-    for name in names[names.index("closes") + 1 :]:
+    for name in names[names.index("status") + 1 :]:
         values = results[name]
         if np.isfinite(values).any():
             least, most = int(np.nanargmin(values)), int(np.nanargmax(values))
