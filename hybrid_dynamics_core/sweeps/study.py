@@ -224,10 +224,7 @@ class _Evaluator:
         results: dict[str, Array] = {}
         if self.family is not None:
             results = self._quantities(designs)
-        shares: dict[str, Array] = {}
-        for name in SHARES:
-            if name in results:
-                shares[name] = results.pop(name)
+        shares = _taken(results, SHARES)
         if work.function is not None:
             results |= self._function(designs)
         if isinstance(work.function, EachRobot):
@@ -305,6 +302,11 @@ def computed(piece: tuple[Work, Array]) -> dict[str, Column]:
             evaluator = _EVALUATORS[work.key] = _Evaluator(work)
             evaluator.compile(values[:1])
     return evaluator.columns(values)
+
+
+def _taken(results: dict[str, Array], names: Sequence[str]) -> dict[str, Array]:
+    """Some columns, taken out of the results."""
+    return {name: results.pop(name) for name in names if name in results}
 
 
 def _digest(content: Any) -> str:
