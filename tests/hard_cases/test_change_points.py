@@ -80,6 +80,11 @@ def change_point_bars(draw: st.DrawFn) -> Bars:
     return Bars(ground, crank, coupler, rocker, 0.0)
 
 
+def turned_off(angles: Array, expected: Array) -> Array:
+    """Differences of angles [rad], less whole turns."""
+    return np.asarray(np.remainder(angles - expected + np.pi, 2 * np.pi) - np.pi)
+
+
 def folds_once(bars: Bars) -> bool:
     return abs(bars.ground - bars.crank) > 0.02
 
@@ -93,8 +98,7 @@ class TestChangePointFourBars:
         machine = bars.robot(start, side)
         path = machine.close_path(u[:, None], np.ones((12, 1)), through_change_points=True)
         expected = bars.angles(u, side)
-        turned = expected - np.round((expected[0] - path.s[0]) / (2 * np.pi)) * 2 * np.pi
-        assert path.s == pytest.approx(turned, abs=1e-9)
+        assert np.abs(turned_off(path.s, expected)).max() < 1e-9
         (passage,) = path.passages
         assert passage.kind == "change point"
         assert passage.s[0] == pytest.approx(bars.flat, abs=1e-9)

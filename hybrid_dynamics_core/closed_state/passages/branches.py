@@ -29,7 +29,12 @@ STRAIGHT = 1e-9  # ratio of the coefficients below which a quadratic is linear
 TINY = 1e-12
 
 
-def other_rates(model: Model, charts: Array, s: Array, rates: Array) -> dict[int, Array]:
+def other_rates(
+    model: Model,
+    charts: Array,
+    s: Array,
+    rates: Array,
+) -> dict[int, Array]:
     """Rates of the motions that branch off at a change point.
 
     Args:
@@ -44,7 +49,11 @@ def other_rates(model: Model, charts: Array, s: Array, rates: Array) -> dict[int
         motion holds the given coordinates at rest. Blocks without another motion are left out, and
         so are those with more than one singular direction.
     """
-    place = _Place(model, charts, s)
+    place = _Place(
+        model,
+        charts,
+        s,
+    )
     branches: dict[int, Array] = {}
     for block in place.singular:
         other = place.turned_off(block, rates)
@@ -70,11 +79,19 @@ class _Quadratic:
         """Its real root nearest to zero; None if there is none."""
         if self.is_linear:
             return -self.c / self.b if self.b else 0.0
-        return min(self._roots(), key=abs, default=None)
+        return min(
+            self._roots(),
+            key=abs,
+            default=None,
+        )
 
     def farthest(self) -> float | None:
         """Its real root farthest from zero; None if there is none."""
-        return max(self._roots(), key=abs, default=None)
+        return max(
+            self._roots(),
+            key=abs,
+            default=None,
+        )
 
     def _roots(self) -> list[float]:
         """The real roots; two that only rounding sets apart are one."""
@@ -96,8 +113,17 @@ class _Place:
         singular: indices of the blocks with one singular direction.
     """
 
-    def __init__(self, model: Model, charts: Array, s: Array) -> None:
-        self._configuration = configuration_at(model.tree, s, charts)
+    def __init__(
+        self,
+        model: Model,
+        charts: Array,
+        s: Array,
+    ) -> None:
+        self._configuration = configuration_at(
+            model.tree,
+            s,
+            charts,
+        )
         self._equations = []
         unknowns: list[int] = []
         for block in model.plan.blocks:
@@ -128,17 +154,29 @@ class _Place:
                 jacobian[index, k] = value
         return jacobian
 
-    def _curvature(self, block: int, rates: Array) -> Array:
+    def _curvature(
+        self,
+        block: int,
+        rates: Array,
+    ) -> Array:
         """The quadratics of a block at given rates; more than one if equations are redundant."""
         terms = {loop: loop.bias(self._configuration, rates.tolist()) for loop in self._loops}
         values = [float(terms[equation.loop][equation.index]) for equation in self._equations]
         return np.asarray(np.array(values) @ self._combinations[block])
 
-    def turned_off(self, block: int, rates: Array) -> Array | None:
+    def turned_off(
+        self,
+        block: int,
+        rates: Array,
+    ) -> Array | None:
         """Rates of the motion in which a block goes the other way; None if there is none."""
         size = max(float(np.abs(rates).max()), TINY)
         ways = {k: size * self._directions[k] for k in self.singular}
-        quadratic = self._along(block, rates, ways[block])
+        quadratic = self._along(
+            block,
+            rates,
+            ways[block],
+        )
         if quadratic.is_linear:
             # its other root is infinite: the given coordinates are at rest
             result = ways[block]
@@ -150,7 +188,11 @@ class _Place:
         for later in self.singular:
             if later <= block:
                 continue
-            share = self._along(later, result, ways[later]).nearest()
+            share = self._along(
+                later,
+                result,
+                ways[later],
+            ).nearest()
             if share is None:
                 return None
             result = result + share * ways[later]
@@ -158,7 +200,12 @@ class _Place:
             return None
         return result
 
-    def _along(self, block: int, rates: Array, direction: Array) -> _Quadratic:
+    def _along(
+        self,
+        block: int,
+        rates: Array,
+        direction: Array,
+    ) -> _Quadratic:
         """The quadratic of a block along a direction; exact by differences, being quadratic."""
         middle = self._curvature(block, rates)
         ahead = self._curvature(block, rates + direction)
@@ -167,7 +214,11 @@ class _Place:
         slope = 0.5 * (ahead - behind)
         # redundant equations agree: the one that feels the direction most is taken
         most = int(np.argmax(np.abs(square) + np.abs(slope)))
-        return _Quadratic(float(square[most]), float(slope[most]), float(middle[most]))
+        return _Quadratic(
+            float(square[most]),
+            float(slope[most]),
+            float(middle[most]),
+        )
 
 
 def _ranges(counts: Sequence[int]) -> list[list[int]]:

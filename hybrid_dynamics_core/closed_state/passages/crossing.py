@@ -230,7 +230,11 @@ class _Search:
                 return width
         return None
 
-    def _kind(self, share: float, width: float) -> PassageKind:
+    def _kind(
+        self,
+        share: float,
+        width: float,
+    ) -> PassageKind:
         """By how the distance grows: as the way from a change point, as its root from a toggle."""
         far = self._distance(share - width)
         near = self._distance(share - 0.25 * width)
@@ -238,7 +242,12 @@ class _Search:
             return PassageKind.CHANGE_POINT
         return PassageKind.TOGGLE
 
-    def _through(self, kind: PassageKind, share: float, x: float) -> Crossing | None:
+    def _through(
+        self,
+        kind: PassageKind,
+        share: float,
+        x: float,
+    ) -> Crossing | None:
         """The crossing, from places whose nearest ones are x from the singular place."""
         for _ in range(3):
             before = self._before(kind, share, x)
@@ -266,7 +275,12 @@ class _Search:
             return None
         return crossing
 
-    def _before(self, kind: PassageKind, share: float, x: float) -> Places | None:
+    def _before(
+        self,
+        kind: PassageKind,
+        share: float,
+        x: float,
+    ) -> Places | None:
         """The places before the singular one."""
         offsets = -x * SPACING[::-1]
         rows = []
@@ -277,7 +291,12 @@ class _Search:
             rows.append((values["s"], values["R"], values["distances"], self._signs))
         return Places(offsets, *[np.array(part) for part in zip(*rows, strict=True)])
 
-    def _beyond(self, kind: PassageKind, share: float, before: Places) -> Places | None:
+    def _beyond(
+        self,
+        kind: PassageKind,
+        share: float,
+        before: Places,
+    ) -> Places | None:
         """The places beyond the singular one: each is extrapolated, then closed."""
         blocks = len(self._model.plan.blocks)
         places = before

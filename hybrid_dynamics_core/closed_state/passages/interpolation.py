@@ -26,7 +26,11 @@ def slope_weights(places: Array, x: float) -> Array:
     return np.asarray(weights(places, x) * others)
 
 
-def root(places: Array, values: Array, x: float) -> float:
+def root(
+    places: Array,
+    values: Array,
+    x: float,
+) -> float:
     """The root of the polynomial through values (m,) near x, by Newton's method."""
     for _ in range(8):
         value = float(weights(places, x) @ values)

@@ -61,7 +61,13 @@ def follow_through(
 class _Path:
     """A motion on its way through singular places."""
 
-    def __init__(self, solver: ClosureSolver, model: Model, u: Array, signs: Array) -> None:
+    def __init__(
+        self,
+        solver: ClosureSolver,
+        model: Model,
+        u: Array,
+        signs: Array,
+    ) -> None:
         self._solver = solver
         self._model = model
         self._u = u
@@ -141,7 +147,11 @@ class _Path:
         start, self._signs = ways[0]
         return start
 
-    def _add(self, s: Array, signs: Array) -> None:
+    def _add(
+        self,
+        s: Array,
+        signs: Array,
+    ) -> None:
         self._s.append(s)
         self._rows_of_signs.append(signs)
         self._done += 1

@@ -47,7 +47,12 @@ def recorded(model: Model, passed: Passed, index: int | None = None) -> Passage:
     others: Mapping[int, Array] = {}
     if passed.kind is PassageKind.CHANGE_POINT:
         charts = passed.before[len(plan.blocks) :]
-        others = other_rates(model, charts, passed.s, passed.rates)
+        others = other_rates(
+            model,
+            charts,
+            passed.s,
+            passed.rates,
+        )
     loops = [plan.blocks[k].name for k in passed.blocks]
     return Passage(
         kind=passed.kind.value,
@@ -65,7 +70,11 @@ def modes_on(model: Model, signs: Array) -> Mapping[str, str]:
     """Names of the assembly modes by loop on branch signs (blocks,)."""
     plan = model.plan
     names: list[str] = []
-    for block, sign in zip(plan.blocks, signs.tolist(), strict=False):
+    for block, sign in zip(
+        plan.blocks,
+        signs.tolist(),
+        strict=False,
+    ):
         names.append(block.modes[block.signs.index(sign)])
     return dict(branch_names(plan, names))
 

@@ -28,7 +28,11 @@ class SingularPlaces:
         closure: its closure.
     """
 
-    def __init__(self, model: RobotModel, closure: Closure) -> None:
+    def __init__(
+        self,
+        model: RobotModel,
+        closure: Closure,
+    ) -> None:
         self._model = model
         self._closure = closure
         self._states = StateBuilder(model)
@@ -43,7 +47,11 @@ class SingularPlaces:
         """The loop of each block of the closure plan."""
         return [block.name for block in self._model.plan.blocks]
 
-    def crossing_ahead(self, state: ClosedState, way: Array) -> Crossing | None:
+    def crossing_ahead(
+        self,
+        state: ClosedState,
+        way: Array,
+    ) -> Crossing | None:
         """The first singular place on a straight motion, and the smooth way through it.
 
         Args:
@@ -78,7 +86,11 @@ class SingularPlaces:
         charts = self._closure.signs[len(self._model.plan.blocks) :]
         return frozen(matching_signs(self._model.program_model, s, charts))
 
-    def state_of(self, s: Array, ds: Array) -> ClosedState:
+    def state_of(
+        self,
+        s: Array,
+        ds: Array,
+    ) -> ClosedState:
         """The closed state of all coordinates s (n_s,) and rates ds (n_s,).
 
         Raises:
@@ -86,7 +98,11 @@ class SingularPlaces:
         """
         return self._closure.state_at(s, ds, self.signs_at(s))
 
-    def states_beside(self, closed: ClosedState, signs: Array) -> ClosedState:
+    def states_beside(
+        self,
+        closed: ClosedState,
+        signs: Array,
+    ) -> ClosedState:
         """States at and beside singular places, whose s, ds, R and bias are known.
 
         Args:

@@ -37,7 +37,11 @@ class AcrossPlace(Coordinates):
         crossing: the smooth way through it.
     """
 
-    def __init__(self, base: Coordinates, crossing: Crossing) -> None:
+    def __init__(
+        self,
+        base: Coordinates,
+        crossing: Crossing,
+    ) -> None:
         self.base = base
         self._crossing = crossing
         self._x = crossing.places.x
@@ -46,7 +50,11 @@ class AcrossPlace(Coordinates):
         names = [base.robot.loops.index(loop) for loop in self._singular_loops()]
         self._signs = np.ones((len(self._x), len(base.robot.loops)))
         self._signs[:, names] = np.sign(self._x)[:, None]
-        super().__init__(base.robot, base.anchor, base.loads)
+        super().__init__(
+            base.robot,
+            base.anchor,
+            base.loads,
+        )
         entry = abs(float(self.x_of(base.anchor.u)))
         self._reach = max(crossing.room, SLACK * entry)
 
@@ -77,7 +85,11 @@ class AcrossPlace(Coordinates):
     def leave(self, state: ClosedState) -> ClosedState:
         """The closed state on the side on which a state is."""
         nearest = int(np.abs(self._x - self.x_of(state.u)).argmin())
-        return self.robot.close(state.u, state.du, near=self._states[nearest])
+        return self.robot.close(
+            state.u,
+            state.du,
+            near=self._states[nearest],
+        )
 
     def longest(self, du: Array) -> float:
         """The longest step at rates du [s]: some steps for the room between the places."""
@@ -100,30 +112,67 @@ class AcrossPlace(Coordinates):
             rows.append(row)
         return np.array(rows)
 
-    def _closed_beside(self, u: Array, du: Array) -> list[ClosedState]:
+    def _closed_beside(
+        self,
+        u: Array,
+        du: Array,
+    ) -> list[ClosedState]:
         """The states (N,) at each place, for u and du (N, n)."""
         states: list[ClosedState] = []
-        for goal, near in zip(self._beside(u), self._states, strict=True):
-            states.append(self.robot.close(goal, du, check=False, near=near))
+        for goal, near in zip(
+            self._beside(u),
+            self._states,
+            strict=True,
+        ):
+            states.append(
+                self.robot.close(
+                    goal,
+                    du,
+                    check=False,
+                    near=near,
+                )
+            )
         return states
 
-    def near(self, u: Array, du: Array) -> ClosedState:
+    def near(
+        self,
+        u: Array,
+        du: Array,
+    ) -> ClosedState:
         """The states at u and u', (n,) or (N, n), interpolated."""
         if u.ndim == 1:
             return self._interpolated(u[None], du[None]).rows(0)
         return self._interpolated(u, du)
 
-    def _interpolated(self, u: Array, du: Array) -> ClosedState:
+    def _interpolated(
+        self,
+        u: Array,
+        du: Array,
+    ) -> ClosedState:
         beside = self._closed_beside(u, du)
         shares = self._weights(u)
         fields: dict[str, Any] = {}
         for name in FIELDS:
             values = np.array([getattr(state, name) for state in beside])
-            fields[name] = np.einsum("km,mk...->k...", shares, values)
+            fields[name] = np.einsum(
+                "km,mk...->k...",
+                shares,
+                values,
+            )
         signed = np.array([state.distances for state in beside]) * self._signs[:, None]
-        distances = np.abs(np.einsum("km,mk...->k...", shares, signed))
+        distances = np.abs(
+            np.einsum(
+                "km,mk...->k...",
+                shares,
+                signed,
+            )
+        )
         closed = np.isfinite(fields["s"]).all(axis=1)
-        status = np.where(closed, ClosureStatus.OK, ClosureStatus.UNREACHABLE)
+        status = np.where(
+            closed,
+            ClosureStatus.OK,
+            ClosureStatus.UNREACHABLE,
+        )
         return replace(
             beside[0],
             u=u,
@@ -134,15 +183,29 @@ class AcrossPlace(Coordinates):
             **fields,
         )
 
-    def motion(self, u: Array, du: Array, tau: Array) -> tuple[Array, float]:
+    def motion(
+        self,
+        u: Array,
+        du: Array,
+        tau: Array,
+    ) -> tuple[Array, float]:
         """u'' (n,) and power [W] at u, u' and efforts tau (n,), interpolated."""
         along = tau
         if self.base.home is not self.base.robot:
             along = self.base.efforts(self.near(u, du), tau)
         (shares,) = self._weights(u[None])
         ddu, power = np.zeros_like(u), 0.0
-        for share, goal, motion in zip(shares, self._beside(u[None]), self._motions, strict=True):
-            part, watts = motion(goal[0], du, along)
+        for share, goal, motion in zip(
+            shares,
+            self._beside(u[None]),
+            self._motions,
+            strict=True,
+        ):
+            part, watts = motion(
+                goal[0],
+                du,
+                along,
+            )
             ddu = ddu + share * part
             power += share * watts
         return ddu, power
@@ -158,7 +221,11 @@ class AcrossPlace(Coordinates):
         if state.u.ndim == 1:
             return self.at_home(ClosedState.joined([state])).rows(0)
         is_beyond = self.x_of(state.u) > 0.0
-        signs = np.where(is_beyond[:, None], self._crossing.beyond, self._crossing.before)
+        signs = np.where(
+            is_beyond[:, None],
+            self._crossing.beyond,
+            self._crossing.before,
+        )
         return self.home.singular_places.states_beside(state, signs)
 
     def passed(self, step: Step) -> list[tuple[float, Passed]]:
@@ -172,10 +239,19 @@ class AcrossPlace(Coordinates):
         ahead = np.sign(x_at(end))
         if x_at(begin) * ahead >= 0.0:
             return []
-        _, time = bisected(begin, end, lambda time: x_at(time) * ahead > 0.0)
+        _, time = bisected(
+            begin,
+            end,
+            lambda time: x_at(time) * ahead > 0.0,
+        )
         return [(time, self._passage(step.at(time), is_ahead=ahead > 0.0))]
 
-    def _passage(self, state: ClosedState, *, is_ahead: bool) -> Passed:
+    def _passage(
+        self,
+        state: ClosedState,
+        *,
+        is_ahead: bool,
+    ) -> Passed:
         """The passage at a state."""
         places = self.home.singular_places
         ends = [places.signs_at(self.ordered(s)) for s in self._crossing.places.s[[0, -1]]]
@@ -184,17 +260,54 @@ class AcrossPlace(Coordinates):
         before, after = ends
         blocks = np.flatnonzero(before != after).tolist() or self._crossing.blocks.tolist()
         s, ds = self.ordered(state.s), self.ordered(state.ds)
-        return Passed(PassageKind.CHANGE_POINT, blocks, s, ds, before, after)
+        return Passed(
+            PassageKind.CHANGE_POINT,
+            blocks,
+            s,
+            ds,
+            before,
+            after,
+        )
 
-    def recorded(self, y: Array, _anchors: Sequence[ClosedState], tau: Array) -> Recorded:
+    def recorded(
+        self,
+        y: Array,
+        _anchors: Sequence[ClosedState],
+        tau: Array,
+    ) -> Recorded:
         """What is recorded of samples."""
         n = len(self.anchor.u)
         u, du = y[:, :n], y[:, n : 2 * n]
         state = self.near(u, du)
-        ddu = np.array([self.motion(*row)[0] for row in zip(u, du, tau, strict=True)])
-        accelerations = np.einsum("kij,kj->ki", state.R, ddu) + state.bias
+        ddu = np.array(
+            [
+                self.motion(*row)[0]
+                for row in zip(
+                    u,
+                    du,
+                    tau,
+                    strict=True,
+                )
+            ]
+        )
+        accelerations = (
+            np.einsum(
+                "kij,kj->ki",
+                state.R,
+                ddu,
+            )
+            + state.bias
+        )
         shares = self._weights(u)
         parts = [self.robot.energy(beside, self.loads) for beside in self._closed_beside(u, du)]
-        energies = np.einsum("km,mek->ek", shares, np.array(parts))
+        energies = np.einsum(
+            "km,mek->ek",
+            shares,
+            np.array(parts),
+        )
         active = self.ordered(accelerations)[:, :n]
-        return Recorded(self.at_home(state), active, Energy(*energies))
+        return Recorded(
+            self.at_home(state),
+            active,
+            Energy(*energies),
+        )

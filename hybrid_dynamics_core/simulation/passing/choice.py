@@ -31,7 +31,12 @@ class CoordinateChoice:
         singular: distance to a singularity at which the motion ends, or passes a change point.
     """
 
-    def __init__(self, robot: Robot, loads: Loads | None, singular: float) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        loads: Loads | None,
+        singular: float,
+    ) -> None:
         self._robot = robot
         self._loads = loads
         self._singular = singular
@@ -65,21 +70,33 @@ class CoordinateChoice:
                 changed = self._across(coordinates, state)
         return changed
 
-    def _is_due(self, level: float, distance: float) -> bool:
+    def _is_due(
+        self,
+        level: float,
+        distance: float,
+    ) -> bool:
         """Whether a level is reached for the first time on this approach; it is noted."""
         if level in self._levels or distance > level * (1.0 + ROUNDING):
             return False
         self._levels.append(level)
         return True
 
-    def _beyond(self, across: AcrossPlace, state: ClosedState) -> Coordinates | None:
+    def _beyond(
+        self,
+        across: AcrossPlace,
+        state: ClosedState,
+    ) -> Coordinates | None:
         if across.is_inside(state.u):
             return None
         across.base.move_to(across.leave(state))
         self._levels = [ENTER, *ACROSS]  # it goes away from the place
         return across.base
 
-    def _back(self, other: OtherCoordinates, state: ClosedState) -> Coordinates | None:
+    def _back(
+        self,
+        other: OtherCoordinates,
+        state: ClosedState,
+    ) -> Coordinates | None:
         """The coordinates of the robot, where they are regular again."""
         home = other.at_home(state)
         if home.status is not ClosureStatus.OK or home.singularity < LEAVE:
@@ -99,7 +116,11 @@ class CoordinateChoice:
         self._levels.clear()
         return OtherCoordinates(self._robot, robot, closed, self._loads)
 
-    def _state_in(self, robot: Robot, state: ClosedState) -> ClosedState | None:
+    def _state_in(
+        self,
+        robot: Robot,
+        state: ClosedState,
+    ) -> ClosedState | None:
         """A state in the coordinates of another robot; None if it is singular there too."""
         s, ds = self._ordered(robot, state.s), self._ordered(robot, state.ds)
         try:
@@ -107,11 +128,19 @@ class CoordinateChoice:
         except StateError:
             return None
 
-    def _ordered(self, robot: Robot, values: Array) -> Array:
+    def _ordered(
+        self,
+        robot: Robot,
+        values: Array,
+    ) -> Array:
         """Values of all coordinates (n_s,), in the order of another robot."""
         return values[[self._robot.coordinates.index(name) for name in robot.coordinates]]
 
-    def _robot_in(self, names: tuple[str, ...], state: ClosedState) -> Robot | None:
+    def _robot_in(
+        self,
+        names: tuple[str, ...],
+        state: ClosedState,
+    ) -> Robot | None:
         """The mechanism with other active coordinates; None if they do not determine it."""
         if names not in self._others:
             try:
@@ -120,7 +149,11 @@ class CoordinateChoice:
                 self._others[names] = None
         return self._others[names]
 
-    def _across(self, coordinates: Coordinates, state: ClosedState) -> Coordinates | None:
+    def _across(
+        self,
+        coordinates: Coordinates,
+        state: ClosedState,
+    ) -> Coordinates | None:
         """The way across a change point ahead; None if there is none."""
         fastest = float(np.abs(state.ds).max())
         if not fastest:

@@ -40,7 +40,12 @@ class Coordinates:
         loads: loads besides the actuators; those of the description if None.
     """
 
-    def __init__(self, robot: Robot, anchor: ClosedState, loads: Loads | None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        anchor: ClosedState,
+        loads: Loads | None,
+    ) -> None:
         self.robot = robot
         self.loads = loads
         self.move_to(anchor)
@@ -55,7 +60,11 @@ class Coordinates:
         self.anchor = anchor
         self.motion_from_anchor = self.robot.motion_near(anchor, self.loads)
 
-    def near(self, u: Array, du: Array) -> ClosedState:
+    def near(
+        self,
+        u: Array,
+        du: Array,
+    ) -> ClosedState:
         """The states at u and u', (n,) or (N, n); their status says whether they close."""
         return self.robot.close(u, du, check=False, near=self.anchor)
 
@@ -63,7 +72,11 @@ class Coordinates:
         """Values of all coordinates (..., n_s), in the order of the simulated robot."""
         return values
 
-    def efforts(self, _state: ClosedState, tau: Array) -> Array:
+    def efforts(
+        self,
+        _state: ClosedState,
+        tau: Array,
+    ) -> Array:
         """Efforts along these coordinates, from those of the simulated robot; (n,) or (N, n)."""
         return tau
 
@@ -71,7 +84,12 @@ class Coordinates:
         """A state of these coordinates, or a batch, in the active ones of the simulated robot."""
         return state
 
-    def motion(self, u: Array, du: Array, tau: Array) -> tuple[Array, float]:
+    def motion(
+        self,
+        u: Array,
+        du: Array,
+        tau: Array,
+    ) -> tuple[Array, float]:
         """u'' (n,) and power [W] at u, u' and efforts tau (n,) of the simulated robot."""
         return self.motion_from_anchor(u, du, tau)
 
@@ -83,7 +101,12 @@ class Coordinates:
         """The singular places that are passed in a step, with their times [s]."""
         return []
 
-    def recorded(self, y: Array, anchors: Sequence[ClosedState], tau: Array) -> Recorded:
+    def recorded(
+        self,
+        y: Array,
+        anchors: Sequence[ClosedState],
+        tau: Array,
+    ) -> Recorded:
         """What is recorded of samples.
 
         Args:
@@ -95,7 +118,11 @@ class Coordinates:
         ddu = self.robot.forward_dynamics(state, tau, self.loads)
         return Recorded(state, ddu, self.robot.energy(state, self.loads))
 
-    def closed(self, y: Array, anchors: Sequence[ClosedState]) -> ClosedState:
+    def closed(
+        self,
+        y: Array,
+        anchors: Sequence[ClosedState],
+    ) -> ClosedState:
         """The states of samples, as a batch of these coordinates."""
         n = len(self.anchor.u)
         s = np.array([anchor.s for anchor in anchors])

@@ -32,9 +32,23 @@ class OtherCoordinates(Coordinates):
         loads: loads besides the actuators; those of the description if None.
     """
 
-    def __init__(self, home: Robot, robot: Robot, anchor: ClosedState, loads: Loads | None) -> None:
+    def __init__(
+        self,
+        home: Robot,
+        robot: Robot,
+        anchor: ClosedState,
+        loads: Loads | None,
+    ) -> None:
         acting = home.loads if loads is None else loads
-        super().__init__(robot, anchor, _reordered(acting, home, robot))
+        super().__init__(
+            robot,
+            anchor,
+            _reordered(
+                acting,
+                home,
+                robot,
+            ),
+        )
         self._home = home
         self._order = [robot.coordinates.index(name) for name in home.coordinates]
         self._active = self._order[: len(home.active)]
@@ -44,21 +58,38 @@ class OtherCoordinates(Coordinates):
         """The robot that is simulated."""
         return self._home
 
-    def motion(self, u: Array, du: Array, tau: Array) -> tuple[Array, float]:
+    def motion(
+        self,
+        u: Array,
+        du: Array,
+        tau: Array,
+    ) -> tuple[Array, float]:
         """u'' (n,) and power [W] at u, u' and efforts tau (n,) of the simulated robot."""
         state = self.near(u, du)
         if state.status is not ClosureStatus.OK:
             return np.full_like(u, np.nan), np.nan
-        return self.motion_from_anchor(u, du, self.efforts(state, tau))
+        return self.motion_from_anchor(
+            u,
+            du,
+            self.efforts(state, tau),
+        )
 
     def ordered(self, values: Array) -> Array:
         """Values of all coordinates (..., n_s), in the order of the simulated robot."""
         return values[..., self._order]
 
-    def efforts(self, state: ClosedState, tau: Array) -> Array:
+    def efforts(
+        self,
+        state: ClosedState,
+        tau: Array,
+    ) -> Array:
         """Efforts along these coordinates, from those of the simulated robot; (n,) or (N, n)."""
         rows = state.R[..., self._active, :]
-        along: Array = np.einsum("...ij,...i->...j", rows, tau)
+        along: Array = np.einsum(
+            "...ij,...i->...j",
+            rows,
+            tau,
+        )
         return along
 
     def at_home(self, state: ClosedState) -> ClosedState:
@@ -94,7 +125,11 @@ class OtherCoordinates(Coordinates):
         inverse[regular] = np.linalg.inv(active[regular])
         velocity_map = maps @ inverse
         bias = state.bias[:, self._order]
-        along = np.einsum("kij,kj->ki", velocity_map, bias[:, : len(self._active)])
+        along = np.einsum(
+            "kij,kj->ki",
+            velocity_map,
+            bias[:, : len(self._active)],
+        )
         return velocity_map, bias - along
 
     def passed(self, step: Step) -> list[tuple[float, Passed]]:
@@ -105,25 +140,42 @@ class OtherCoordinates(Coordinates):
         for k in range(1, len(times)):
             if turns[k - 1] * turns[k] >= 0.0:
                 continue
-            time = self._time_of_turn(step, float(times[k - 1]), float(times[k]))
+            time = self._time_of_turn(
+                step,
+                float(times[k - 1]),
+                float(times[k]),
+            )
             met.append((time, self._passage(step, time)))
         return met
 
-    def _time_of_turn(self, step: Step, begin: float, end: float) -> float:
+    def _time_of_turn(
+        self,
+        step: Step,
+        begin: float,
+        end: float,
+    ) -> float:
         """The time in an interval at which P is singular [s]."""
         sign = float(np.sign(self._turn(step.at(end))))
 
         def has_turned(time: float) -> bool:
             return sign * float(self._turn(step.at(time))) > 0.0
 
-        _, time = bisected(begin, end, has_turned)
+        _, time = bisected(
+            begin,
+            end,
+            has_turned,
+        )
         return time
 
     def _turn(self, state: ClosedState) -> Array:
         """det P, whose sign changes at a toggle."""
         return np.asarray(np.linalg.det(state.R[..., self._active, :]))
 
-    def _passage(self, step: Step, time: float) -> Passed:
+    def _passage(
+        self,
+        step: Step,
+        time: float,
+    ) -> Passed:
         """The passage at a time in a step."""
         state = step.at(time)
         places = self._home.singular_places
@@ -131,18 +183,49 @@ class OtherCoordinates(Coordinates):
         before, after = places.signs_at(rows[0]), places.signs_at(rows[1])
         s = state.s[self._order]
         blocks = np.flatnonzero(before != after).tolist()
-        return Passed(PassageKind.TOGGLE, blocks, s, state.ds[self._order], before, after)
+        return Passed(
+            PassageKind.TOGGLE,
+            blocks,
+            s,
+            state.ds[self._order],
+            before,
+            after,
+        )
 
-    def recorded(self, y: Array, anchors: Sequence[ClosedState], tau: Array) -> Recorded:
+    def recorded(
+        self,
+        y: Array,
+        anchors: Sequence[ClosedState],
+        tau: Array,
+    ) -> Recorded:
         """What is recorded of samples."""
         state = self.closed(y, anchors)
-        ddv = self.robot.forward_dynamics(state, self.efforts(state, tau), self.loads)
-        accelerations = np.einsum("kij,kj->ki", state.R, ddv) + state.bias
+        ddv = self.robot.forward_dynamics(
+            state,
+            self.efforts(state, tau),
+            self.loads,
+        )
+        accelerations = (
+            np.einsum(
+                "kij,kj->ki",
+                state.R,
+                ddv,
+            )
+            + state.bias
+        )
         energy = self.robot.energy(state, self.loads)
-        return Recorded(self.at_home(state), accelerations[:, self._active], energy)
+        return Recorded(
+            self.at_home(state),
+            accelerations[:, self._active],
+            energy,
+        )
 
 
-def _reordered(loads: Loads, home: Robot, robot: Robot) -> Loads:
+def _reordered(
+    loads: Loads,
+    home: Robot,
+    robot: Robot,
+) -> Loads:
     """Loads of a robot, along the same joints of another one."""
     order = [home.coordinates.index(name) for name in robot.coordinates]
     effects = asdict(loads.effects)
