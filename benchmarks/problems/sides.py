@@ -13,6 +13,7 @@ from .exported import Exported
 from .peers.model import model_of
 from .solve import TOLERANCES, Solver
 
+USUAL = 1e-9  # relative tolerance of `simulate`
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # between two output steps
 OURS = "C export, RK4"
 SIMULATE = "`simulate`"
@@ -59,7 +60,8 @@ def opened(side: str, problem: Problem) -> Run:
 
 
 def _simulate(solver: Solver) -> Run:
-    solver.run(TOLERANCES[0])  # compiles
+    solver.run(USUAL)  # compiles
+    solver.prepare()
 
     def run(tolerance: float) -> Reached:
         answer = solver.answer(tolerance)
@@ -70,6 +72,7 @@ def _simulate(solver: Solver) -> Run:
 
 def _exported(solver: Solver) -> Run:
     exported = Exported(solver)
+    solver.prepare()
     problem = solver.problem
     loses = bool(solver.robot.loads.effects.viscous.any())
 

@@ -71,6 +71,10 @@ class Solver:
         drift = float(np.abs(motion.energy_error).max())
         return Answer(reached, drift, seconds, tolerance)
 
+    def prepare(self) -> None:
+        """Compute the reference, which may take longer than the motion."""
+        self.reference.flags.writeable = False
+
     @cached_property
     def reference(self) -> Array:
         """Rows at the output steps."""

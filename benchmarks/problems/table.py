@@ -57,15 +57,15 @@ def accuracies(problems: Sequence[Problem], rows: Rows) -> list[str]:
         results = {result.side: result for result in rows[problem.name]}
         for side in (OURS, SIMULATE):
             best = results[side].best
-            cells += [f"{best.error:.1e}", _drift(best.drift)]
+            cells += [_number(best.error), _number(best.drift)]
         table.append(_line([*cells, f"{problem.end:g} s"]))
     return table
 
 
-def _drift(drift: float) -> str:
-    if math.isnan(drift):
-        return "-"
-    return f"{drift:.1e}"
+def _number(value: float) -> str:
+    if math.isfinite(value):
+        return f"{value:.1e}"
+    return "-"
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -52,6 +52,10 @@ class Engine:
         if self.model.closures and not self.model.is_planar:
             integration.newton.relativeTolerance = 1e-6  # as in its own Bricard
         integration.newton.useModifiedNewton = True
+        solver = exudyn.DynamicSolverType.TrapezoidalIndex2
+        if self.model.closures and self.model.is_planar:  # as in its own four-bars
+            solver = exudyn.DynamicSolverType.GeneralizedAlpha
+            integration.generalizedAlpha.spectralRadius = 0.95
         settings.displayComputationTime = settings.displayStatistics = False
         settings.solutionSettings.writeSolutionToFile = False
         settings.solutionSettings.sensorsWritePeriod = problem.end / problem.samples
@@ -60,7 +64,7 @@ class Engine:
         if len(self.model.links) > 40:
             settings.linearSolverType = exudyn.LinearSolverType.EigenSparse
         begin = time.process_time()
-        mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.TrapezoidalIndex2)
+        mbs.SolveDynamic(settings, solverType=solver)
         return time.process_time() - begin, rows()
 
 
