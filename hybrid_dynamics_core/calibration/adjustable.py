@@ -19,9 +19,8 @@ from ..description.geometry import unit_axis
 from ..description.model import RobotDescription
 from ..description.parameters.entries_at import entry_at, has_entry
 from ..description.parameters.number_keys import is_number_key
-from ..description.parameters.paths import path_of
+from ..description.parameters.paths import path_of, units_of
 from ..description.parameters.written import Written, written_of
-from ..description.value_units import units_at
 from ..description.values import ValueReader
 from ..errors import InputError, UnknownNameError
 from ..formats.reader import described
@@ -215,8 +214,7 @@ class AdjustableRobot:
 
     def _unit(self, path: KeyPath) -> str:
         """The unit of a number; empty if its place does not say."""
-        _, after = self.written.expanded
-        units = units_at(after, path)
+        units = units_of(self.written, path)
         if units in (("m",), ("rad",)):
             return units[0]
         if path[0] == "modules" and len(path) > 3:

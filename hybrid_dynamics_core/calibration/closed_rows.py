@@ -125,27 +125,33 @@ class PosedRows:
 
     def frame(self, name: str) -> tuple[Array, Array]:
         """Rotation (N, 3, 3) and origin (N, 3) [m] of a frame in the measuring frame."""
+        rotation, origin = self._in_base(name)
+        rows = [self._vectors(row) for row in rotation]
+        matrix = np.stack(rows, axis=1)
+        base = self.closed.geometry.base
+        turned = base.rotation @ matrix
+        placed = self._vectors(origin) @ base.rotation.T
+        return turned, placed + base.translation
+
+    def extent(self) -> float:
+        """Largest distance of a joint or frame from the base [m]; 1 if all are at its origin."""
+        origins = [origin for _, origin in self.bodies]
+        origins += [self._in_base(name)[1] for name in self.closed.geometry.frames]
+        largest = 0.0
+        for origin in origins:
+            lengths = np.linalg.norm(self._vectors(origin), axis=1)
+            largest = max(largest, float(lengths.max()))
+        return largest or 1.0
+
+    def _in_base(self, name: str) -> Any:
+        """Rotation and origin of a frame in the base frame."""
         geometry = self.closed.geometry
         frame = geometry.frames[name]
         index = geometry.tree.body_index(frame.link)
         pose = IDENTITY
         if index >= 0:
             pose = self.bodies[index]
-        rotation, origin = compose(pose, frame_offset(frame))
-        rows = [self._vectors(row) for row in rotation]
-        matrix = np.stack(rows, axis=1)
-        base = geometry.base
-        turned = base.rotation @ matrix
-        placed = self._vectors(origin) @ base.rotation.T
-        return turned, placed + base.translation
-
-    def extent(self) -> float:
-        """Largest distance of a joint from the base [m]."""
-        largest = 0.0
-        for _, origin in self.bodies:
-            lengths = np.linalg.norm(self._vectors(origin), axis=1)
-            largest = max(largest, float(lengths.max()))
-        return largest
+        return compose(pose, frame_offset(frame))
 
     def _vectors(self, vector: Any) -> Array:
         """Three scalars or (N,) as (N, 3)."""

@@ -19,7 +19,6 @@ from .observations import Observations
 
 STEP = 1e-5  # of the robot's reach: change of a parameter in a derivative
 UNFIT = 1e-4  # gap per change of a parameter [lengths of the loop] that nothing can close
-TINY = 1e-300  # keeps divisors above zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class Sensitivity:
         machine: the robot and its parameters.
         observations: the measured rows.
         given: indices of the given coordinates (n,).
-        reach: largest distance of a joint from the base [m].
+        reach: largest distance of a joint or frame from the base [m].
         step: change of a parameter in a derivative, in natural units [m].
         scales: natural units (k,): a parameter times its scale is a length [m].
     """
@@ -56,7 +55,7 @@ class Sensitivity:
         indices = [coordinates.index(name) for name in observations.given]
         self.given = np.array(indices, dtype=int)
         posed = observations.closed.poses()
-        self.reach = max(posed.extent(), TINY)
+        self.reach = posed.extent()
         self.step = STEP * self.reach
         numbered = enumerate(machine.parameters)
         scales = [self.scale(k, parameter) for k, parameter in numbered]

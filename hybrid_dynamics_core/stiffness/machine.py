@@ -56,5 +56,8 @@ class Machine(Protocol):
     def loads(self) -> Loads:
         """Loads of the description."""
 
+    def owns(self, state: ClosedState) -> bool:
+        """Whether a state has this robot's coordinates and loops."""
+
     def close(self, u: ArrayLike, *, check: bool = True) -> ClosedState:
         """Close the loops."""

@@ -78,9 +78,13 @@ class Stiffness:
             frame: name of the frame; the end effector if None.
 
         Raises:
-            InputError: a name is unknown, the state is a batch, or nothing is elastic.
+            InputError: a name is unknown, the state is a batch or of another robot, or nothing is
+                elastic.
             SingularityError: the drives do not hold the frame at this state.
         """
+        require_type("state", state, ClosedState, "robot.close(u)")
+        if not machine.owns(state):
+            raise InputError("the state belongs to another robot; close the loops of this one")
         if state.u.ndim != 1:
             raise InputError("stiffness is that of one state; expected no batch")
         elasticity = machine.description.stiffness if elasticity is None else elasticity
@@ -304,7 +308,8 @@ def stiffness_at(
         Compliance, deflections and modes, computed when asked for.
 
     Raises:
-        InputError: a name is unknown, the state is a batch, or nothing is elastic.
+        InputError: a name is unknown, the state is a batch or of another robot, or nothing is
+            elastic.
         SingularityError: the drives do not hold the frame at this state.
     """
     return Stiffness(machine, state, elasticity, frame)

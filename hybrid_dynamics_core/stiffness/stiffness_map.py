@@ -67,7 +67,7 @@ def stiffness_map(  # noqa: PLR0913 - options of one map
         cells: number of states along each joint.
 
     Raises:
-        InputError: a name is unknown, a joint has no limits, or nothing is elastic.
+        InputError: a name is unknown or given twice, a joint has no limits, or nothing is elastic.
     """
     load = real_array("force", force)
     if load.shape != (3,) or not np.isfinite(load).all():
@@ -100,6 +100,9 @@ def stiffness_map(  # noqa: PLR0913 - options of one map
 
 def _grid(machine: Machine, joints: tuple[str, str], start: Array, count: int) -> Array:
     """States (c, c, n) over the limits of two joints."""
+    given = [*joints]
+    if len(given) != 2 or given[0] == given[1]:
+        raise InputError(f"joints: {joints!r}; expected two different joints that move")
     lines: list[Array] = []
     columns: list[int] = []
     for name in joints:

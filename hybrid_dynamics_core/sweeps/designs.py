@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,7 @@ from ..robot.robot import Robot
 CLOSED = OutcomeKind.CLOSED.name.lower()
 OPEN = OutcomeKind.UNREACHABLE.name.lower()
 Texts = NDArray[np.str_]
+_NAME = re.compile(r"[^,\"\r\n]+")
 
 
 @dataclass(eq=False)
@@ -79,9 +81,14 @@ class EachRobot:
         rows: dict[int, Mapping[str, float]] = {}
         for row in range(len(designs)):
             try:
-                rows[row] = self.function(designs.robot(row))
+                result: Any = self.function(designs.robot(row))
             except (DescriptionError, StateError):
                 designs.status[row] = OPEN
+                continue
+            if not isinstance(result, Mapping):
+                kind = type(result).__name__
+                raise InputError(f"of each robot: gave a {kind}; expected numbers by name")
+            rows[row] = result
         names: dict[str, None] = {}
         for result in rows.values():
             names.update(dict.fromkeys(result))
@@ -90,6 +97,14 @@ class EachRobot:
             for name, value in result.items():
                 columns[name][row] = value
         return columns
+
+
+def _numbers(name: Any, values: Any) -> Array:
+    """An array of real numbers."""
+    column = np.asarray(values)
+    if column.dtype.kind not in "biuf":
+        raise InputError(f"function: '{name}' has {column.dtype} values; expected real numbers")
+    return column.astype(np.float64)
 
 
 def checked_columns(results: Any, designs: Designs) -> dict[str, Array]:
@@ -103,7 +118,12 @@ def checked_columns(results: Any, designs: Designs) -> dict[str, Array]:
         raise InputError(f"function: gave a {kind}; expected arrays (N,) by name")
     columns: dict[str, Array] = {}
     for name, values in results.items():
-        column = np.asarray(values, dtype=np.float64)
+        if not _NAME.fullmatch(str(name)):
+            raise InputError(
+                f"function: a column is named {name!r}; expected a name without commas, quotes and"
+                " line breaks"
+            )
+        column = _numbers(name, values)
         if column.shape != (len(designs),):
             expected = f"({len(designs)},), one number a design"
             raise InputError(f"function: '{name}' has shape {column.shape}; expected {expected}")

@@ -46,11 +46,12 @@ class StudyFolder:
             overwrite: whether to remove the results of another study.
 
         Raises:
-            InputError: the folder has another study, or something else.
+            InputError: the folder has another study, or something else, or cannot be written.
             MissingPackageError: Parquet needs pyarrow.
         """
         self.path = Path(path)
         self.format = _format(file_format)
+        self._study = study
         self._mark = study.digest[:12]
         place = self.path / STUDY
         content = {**described(study), "format": self.format}
@@ -62,21 +63,37 @@ class StudyFolder:
             raise InputError(f"{path}: has other files and no study; name a new or empty folder")
         if not self.path.parent.is_dir():
             raise InputError(f"{path}: there is no folder {self.path.parent}")
+        try:
+            self._begin(json.dumps(content, indent=2).encode() + b"\n", overwrite=overwrite)
+        except OSError as error:
+            problem = error.strerror or error
+            raise InputError(
+                f"{path}: cannot be written: {problem}; name another folder"
+            ) from error
+
+    def _begin(self, content: bytes, *, overwrite: bool) -> None:
+        """Make the folder with the file of the study."""
         self.path.mkdir(exist_ok=True)
         if overwrite:
             for old in self.path.glob("part-*"):
                 old.unlink()
             (self.path / TABLE).unlink(missing_ok=True)
-        write_atomically(place, json.dumps(content, indent=2).encode() + b"\n")
+        write_atomically(self.path / STUDY, content)
 
     def part(self, chunk: int) -> Path:
         """The file of a chunk."""
         return self.path / f"part-{chunk:06d}-{self._mark}.{self.format}"
 
     def missing(self, chunks: int) -> list[int]:
-        """The chunks that have no file."""
+        """The chunks that have no file, or one that lacks rows."""
         there = {path.name for path in self.path.glob(f"part-*-{self._mark}.{self.format}")}
-        return [chunk for chunk in range(chunks) if self.part(chunk).name not in there]
+        rows_of = _ROWS[self.format]
+        missing: list[int] = []
+        for chunk in range(chunks):
+            part = self.part(chunk)
+            if part.name not in there or rows_of(part) != self._study.rows(chunk):
+                missing.append(chunk)
+        return missing
 
     def write(self, chunk: int, columns: Columns) -> None:
         """Write the file of a chunk."""
@@ -114,8 +131,19 @@ def read_results(path: str | Path) -> dict[str, Column]:
     files = sorted(Path(path).glob(f"part-*-{mark}.{suffix}"))
     if not files:
         raise InputError(f"{path}: has no results yet")
-    parts = [_READERS[suffix](file) for file in files]
+    parts = [_read_part(file, suffix) for file in files]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _read_part(file: Path, suffix: Format) -> dict[str, Column]:
+    """The columns of a chunk. Raises InputError if its file is damaged."""
+    try:
+        return _READERS[suffix](file)
+    except (ValueError, OSError) as error:  # also those of pyarrow
+        raise InputError(
+            f"{file}: is damaged; give the study again with this folder, which computes this chunk"
+            " anew"
+        ) from error
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -196,6 +224,23 @@ def _read_csv(path: Path) -> dict[str, Column]:
     return columns
 
 
+def _rows_of_csv(path: Path) -> int:
+    """Number of rows; -1 if the last one is not whole."""
+    content = path.read_bytes()
+    if not content.endswith(b"\n"):
+        return -1
+    return content.count(b"\n") - 1
+
+
+def _rows_of_parquet(path: Path) -> int:
+    """Number of rows; -1 if the file is not whole."""
+    _, parquet = _pyarrow()
+    try:
+        return int(parquet.read_metadata(path).num_rows)
+    except (ValueError, OSError):  # also those of pyarrow
+        return -1
+
+
 def _parquet(columns: Columns) -> bytes:
     arrow, parquet = _pyarrow()
     buffer = BytesIO()
@@ -223,6 +268,10 @@ def _pyarrow() -> tuple[Any, Any]:
 
 
 _WRITERS: Final[Mapping[str, Callable[[Columns], bytes]]] = {"csv": _csv, "parquet": _parquet}
+_ROWS: Final[Mapping[str, Callable[[Path], int]]] = {
+    "csv": _rows_of_csv,
+    "parquet": _rows_of_parquet,
+}
 _READERS: Final[Mapping[str, Callable[[Path], dict[str, Column]]]] = {
     "csv": _read_csv,
     "parquet": _read_parquet,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -30,6 +29,7 @@ from ..programs.outcome import OutcomeKind
 from ..robot.parameters import RobotFamily
 from ..robot.robot import Robot
 from .designs import CLOSED, Designs, EachRobot, Function, checked_columns
+from .function_source import source_of
 from .quantities import Quantity, quantities_of, results_of
 from .spaces import Space
 
@@ -123,7 +123,7 @@ class Study:
             "designs": _digest(space.content()),
             "poses": _digest([poses.shape, poses.tobytes().hex(), frame]),
             "quantities": _digest(list(quantities)),
-            "function": _digest(_source(function)),
+            "function": _digest(source_of(function)),
             "chunk": str(self.chunk),
             "version": str(VERSION),
         }
@@ -147,10 +147,14 @@ class Study:
         """Number of chunks."""
         return -(-self.space.count // self.chunk)
 
+    def rows(self, chunk: int) -> int:
+        """Number of designs in a chunk."""
+        return min(self.chunk, self.space.count - chunk * self.chunk)
+
     def values(self, chunk: int) -> Array:
         """Values (N, k) of the parameters of the designs in a chunk."""
         first = chunk * self.chunk
-        return self.space.designs(first, min(first + self.chunk, self.space.count))
+        return self.space.designs(first, first + self.rows(chunk))
 
     def columns(self, chunk: int) -> dict[str, Column]:
         """The columns (N,) of a chunk: `design`, the parameters, `status`, `closes`, results."""
@@ -318,21 +322,6 @@ def _content(description: RobotDescription) -> Any:
     """The numbers and names of a description."""
     _, expanded = written_of(description).expanded
     return expanded.data
-
-
-def _source(function: Any) -> str:
-    """The source text of a function; its code where there is none."""
-    if function is None:
-        return ""
-    if isinstance(function, EachRobot):
-        return f"each {_source(function.function)}"
-    try:
-        return inspect.getsource(function)
-    except (OSError, TypeError):
-        code = getattr(function, "__code__", None)
-        if code is None:
-            raise InputError("function: expected a function that Python can name") from None
-        return f"{code.co_code.hex()} {code.co_consts} {code.co_names}"
 
 
 def described(study: Study) -> Mapping[str, Any]:

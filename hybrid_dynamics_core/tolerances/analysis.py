@@ -149,7 +149,7 @@ class ToleranceAnalysis:
             u = self.robot.reference
         u = self._rows(u)
         rows = self._varied.closed(u)
-        rng = np.random.default_rng(seed)
+        rng = np.random.default_rng(integer("seed", seed, least=0))
         drawn = np.zeros((integer("count", count, least=2), self._varied.count))
         for variable in self.variables:
             drawn[:, variable.columns] = variable.entry.drawn(rng, count, variable.size)
@@ -161,7 +161,10 @@ class ToleranceAnalysis:
     def _rows(self, u: ArrayLike | None) -> Array:
         if u is None:
             return self.poses()
-        return np.atleast_2d(finite_vectors("u", u, self.robot.active))
+        rows = np.atleast_2d(finite_vectors("u", u, self.robot.active))
+        if not len(rows):
+            raise InputError("u has no rows; expected one pose or more")
+        return rows
 
     def _pressed(self, rows: ClosedRows) -> Array:
         """Displacements (N, m) of the pins that are pressed to one side."""

@@ -23,6 +23,7 @@ UNITS: Final = ("m", "rad")
 NUMBERS: Final = (int, float, np.integer, np.floating)
 EXAMPLE: Final = "{'L2': 1e-4, 'joints.q2.play': 5e-5}"
 SIGMAS: Final = 3.0  # standard deviations in a tolerance
+SHORT: Final = 1e-200  # square of a direction below which its length is lost to rounding
 Direction = tuple[float, float, float]
 
 _TEXT = re.compile(
@@ -213,7 +214,7 @@ def _checked(name: str, entry: Entry) -> Entry:
             raise InputError(f"tolerances: {name}: sigmas is {entry.sigmas:g}; expected above zero")
     elif entry.towards is not None:
         way = np.asarray(entry.towards, dtype=float)
-        if way.shape != (3,) or not np.isfinite(way).all() or not way.any():
+        if way.shape != (3,) or not np.isfinite(way).all() or not way @ way > SHORT:
             raise InputError(
                 f"tolerances: {name}: towards is {entry.towards}; expected a direction (3,)"
             )

@@ -16,7 +16,6 @@ from .varied import Variable, VariedRobot
 
 STEP = 1e-5  # of the robot's reach, or rad: change of a column in a derivative
 UNFIT = 1e-4  # gap per change [lengths of the loop per reach] that nothing can close
-TINY = 1e-300
 
 
 def sensitivities(varied: VariedRobot, rows: ClosedRows, frame: str) -> Array:
@@ -51,7 +50,7 @@ class _Motion:
         _, jacobian = rows.geometry.linearised(rows.s, rows.charts)
         self.jacobian = jacobian[:, :, self.unknowns]
         self.inverse = inverse_of(self.jacobian)
-        self.reach = max(rows.poses().extent(), TINY)
+        self.reach = rows.poses().extent()
 
     def derivative(self, variable: Variable, column: int) -> Array:
         """The derivatives (N, 6) by one column."""

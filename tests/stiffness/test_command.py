@@ -57,6 +57,12 @@ def test_the_text_says_what_is_rigid_and_who_gives_way():
     ("words", "says"),
     [
         (("--drive", "slew=5*m"), "expected NAME=STIFFNESS"),
+        (("--drive", "slew=50*kN/mm"), "expected a number in N m/rad"),
+        (("--drive", "boom_cylinder=5e6*N*m/rad"), "expected a number in N/m"),
+        (
+            (*WORDS, "--draw", "x.svg", "--over", "slew,slew", "--wrench", "1,0,0"),
+            "two different joints",
+        ),
         (("--drive", "slew=-5"), "--drive: slew: stiffness is -5"),
         (("--drive", "slow=5"), "did you mean 'slew'"),
         (("--mode", "1"), "give --draw FILE too"),
@@ -72,6 +78,18 @@ def test_a_wrong_call_gets_one_line(words, says, tmp_path, monkeypatch):
     answer = call("stiffness", "excavator", *words)
     assert answer.exit_code == 2
     assert says in answer.stderr
+
+
+def test_a_state_of_another_robot_is_refused(machine):
+    other = load("delta")
+    with pytest.raises(InputError, match="belongs to another robot"):
+        machine.stiffness(other.close(other.reference), Elasticity(DRIVES))
+    with pytest.raises(InputError, match="state is of type int"):
+        machine.stiffness(3, Elasticity(DRIVES))
+    state = machine.close(machine.reference)
+    with pytest.raises(InputError, match="two different joints"):
+        stiffness_map(machine, ("slew",), [0.0, 0.0, 1.0], elasticity=Elasticity(DRIVES))
+    assert machine.stiffness(state, Elasticity(DRIVES)).elements
 
 
 def test_pictures_are_drawn(tmp_path):

@@ -47,3 +47,18 @@ def fails(designs: Designs) -> dict[str, np.ndarray]:
 def short(designs: Designs) -> dict[str, np.ndarray]:
     """Gives too few numbers."""
     return {"x": designs["L2"][:1]}
+
+
+def comma(designs):
+    """A name that a table cannot have."""
+    return {"a,b": designs["L2"]}
+
+
+def imaginary(designs):
+    """Numbers that are not real."""
+    return {"x": 1j * designs["L2"]}
+
+
+def bare(robot):
+    """A number without a name."""
+    return robot.reference[0]

@@ -256,6 +256,59 @@ def test_results_of_another_study_are_not_continued(
     assert_same(sweep(other), read_results(tmp_path / "out"))
 
 
+@pytest.mark.parametrize("file_format", ["csv", "parquet"])
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.97])
+def test_a_chunk_that_lost_its_end_is_computed_anew(
+    tmp_path: Path, file_format: str, share: float
+) -> None:
+    if file_format == "parquet":
+        pytest.importorskip("pyarrow")
+    out = tmp_path / "out"
+    sweep_into(study(), out, file_format=file_format)
+    part = sorted(out.glob("part-*"))[2]
+    content = part.read_bytes()
+    part.write_bytes(content[: int(share * len(content))])
+    if file_format == "parquet" or not share:
+        with pytest.raises(InputError, match=f"{part.name}: is damaged"):
+            read_results(out)
+    done = sweep_into(study(), out, file_format=file_format)
+    assert done.computed == 25
+    assert part.read_bytes() == content
+    assert_same(sweep(study()), read_results(out))
+
+
+def test_rows_that_are_missing_are_computed_anew(tmp_path: Path) -> None:
+    sweep_into(study(), tmp_path / "out")
+    part = max((tmp_path / "out").glob("part-*"))
+    whole = part.read_text(encoding="utf-8")
+    part.write_text("".join(whole.splitlines(keepends=True)[:4]), encoding="utf-8")
+    assert sweep_into(study(), tmp_path / "out").computed == 20  # of the last, shorter chunk
+    assert part.read_text(encoding="utf-8") == whole
+
+
+def test_a_function_is_another_one_with_other_values_from_outside() -> None:
+    def scaled(factor):
+        def inner(designs):
+            return {"x": factor * designs["L2"]}
+
+        return study(function=inner).digests["function"]
+
+    assert scaled(2.0) == scaled(2.0)
+    assert scaled(2.0) != scaled(3.0)
+    assert scaled(np.array([2.0])) != scaled(np.array([3.0]))
+
+
+def test_a_folder_that_cannot_be_written_gets_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "mkdir", refused)
+    with pytest.raises(InputError, match="cannot be written: Permission denied; name another"):
+        sweep_into(study(), tmp_path / "out")
+
+
 # -- mistakes
 
 
@@ -286,6 +339,9 @@ def test_results_of_another_study_are_not_continued(
         ),
         (lambda: sweep(study(function=functions.fails)), "function: there is no parameter 'L9'"),
         (lambda: sweep(study(function=functions.short)), "one number a design"),
+        (lambda: sweep(study(function=functions.comma)), "expected a name without commas"),
+        (lambda: sweep(study(function=functions.imaginary)), "expected real numbers"),
+        (lambda: sweep(study(function=EachRobot(functions.bare))), "expected numbers by name"),
     ],
 )
 def test_a_wrong_study_gets_one_line(make, part: str) -> None:
@@ -337,6 +393,7 @@ def test_the_command_gives_what_python_gives(tmp_path: Path) -> None:
         (["--vary", "L2=0.6:0.7:3", "--vary", "L2=0.6:0.7:3"], "given twice"),
         (["--vary", "L99=1:2:3"], "no parameter 'L99'"),
         (["--vary", "joints.q2.origin.xyz[2]=0.1*kg:0.2:3"], "is a mass; expected a length"),
+        (["--vary", "L2=30*deg:0.8:3"], "is an angle; expected a length"),
         (["--designs", "none.csv"], "there is no such file"),
         (["--vary", "L2=0.6:0.7:3", "--function", "nothing"], "expected MODULE:NAME"),
         (["--vary", "L2=0.6:0.7:3", "--each", "nomodule:f"], "nomodule"),

@@ -118,3 +118,25 @@ def test_a_single_play_is_not_likely_beyond_its_hole():
     rare = ToleranceAnalysis(robot(TWO_BAR), {"L1": Tolerance(1e-5, sigmas=1.0)})
     outside = rare.linear([0.2, 0.3])  # a third of all lengths is outside
     np.testing.assert_allclose(outside.likely, CHI_95[1] * 1e-5, rtol=1e-5)
+
+
+def test_the_tool_of_a_bare_arm_moves_with_its_length():
+    """The only joint is at the base, so only the tool gives the robot its reach."""
+    arm = robot(
+        """
+format: 1
+name: arm
+parameters: {L: 2.5}
+links: {bar: {mass: 1, com: [0.5, 0, 0]}}
+joints: {q1: {type: revolute, parent: base, child: bar, axis: z, limits: [-1, 1]}}
+active: [q1]
+end_effector: {link: bar, xyz: [L, 0, 0]}
+"""
+    )
+    linear = ToleranceAnalysis(arm, {"L": 3e-4, "joints.q1.offset": 1e-4}).linear([0.6])
+    along = [np.cos(0.6), np.sin(0.6), 0.0]
+    across = [-2.5 * np.sin(0.6), 2.5 * np.cos(0.6), 0.0]
+    columns = {"L": along, "joints.q1.offset": across}
+    for name, column in columns.items():
+        measured = linear.contributions[name].sensitivity[0, :3, 0]
+        np.testing.assert_allclose(measured, column, atol=DIFFERENCES)

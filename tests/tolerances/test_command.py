@@ -53,7 +53,8 @@ def test_the_command_prints_what_python_gives(file: str, tmp_path: Path) -> None
         (["--tolerance", "crank=-0.1*mm"], "zero or more"),
         (["--tolerance", "crank=0.1*mm", "-u", "0.8", "--poses", "3"], "leave out -u"),
         (["--tolerance", "crank=0.1*mm", "--range", "trun=0:1"], "did you mean 'turn'"),
-        (["--table", "none.txt"], "none.txt"),
+        (["--table", "none.txt"], "none.txt: cannot be read"),
+        (["--table", "."], ".: cannot be read"),
     ],
 )
 def test_a_wrong_call_gets_one_line(file: str, words: list[str], part: str) -> None:

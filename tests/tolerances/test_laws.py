@@ -244,7 +244,9 @@ def test_a_path_that_cannot_vary_is_named(path: str) -> None:
         ({"L2": "0.1*mm towards 0 0 1"}, "only a play"),
         ({"joints.q2.play": "0.1*mm uniform"}, "no law"),
         ({"joints.q2.play": "0.1*mm towards 0 0 0"}, "expected a direction"),
+        ({"joints.q2.play": "0.1*mm towards 1e-300 0 0"}, "expected a direction"),
         ({"L2": "0.1*kg"}, "kg"),
+        ({"L2": "0.1*deg"}, "expected a length"),
         ({"joints.q2.play": "0.1*mrad"}, "expected a length"),
         ({"joints.p2.origin.xyz[0]": "0.1*deg"}, "expected a length"),
         ({"joints.q1.offset": "0.1*mm"}, "expected an angle"),
@@ -262,6 +264,10 @@ def test_arguments_are_checked() -> None:
     analysis = ToleranceAnalysis(shipped("palletizer"), {"L2": 1e-4})
     with pytest.raises(InputError, match="confidence is 1"):
         analysis.linear(confidence=1.0)
+    with pytest.raises(InputError, match="u has no rows"):
+        analysis.linear(np.zeros((0, 4)))
+    with pytest.raises(InputError, match="seed is -1"):
+        analysis.monte_carlo(seed=-1)
     with pytest.raises(InputError, match="range"):
         analysis.poses(ranges={"q2": (2.0, 1.0)})
     with pytest.raises(InputError, match="no frame 'hnad'"):

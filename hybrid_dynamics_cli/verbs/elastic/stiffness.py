@@ -9,6 +9,8 @@ import numpy as np
 
 from hybrid_dynamics_core import InputError, Loads, Robot
 from hybrid_dynamics_core.description.elasticity import Elasticity
+from hybrid_dynamics_core.description.parameters.written import written_of
+from hybrid_dynamics_core.description.value_units import units_at
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.stiffness import Deflection, Stiffness, StiffnessMap, stiffness_map
 
@@ -157,9 +159,12 @@ def with_drives(machine: Robot, texts: tuple[str, ...]) -> Elasticity:
     """The elasticity of the description, with other stiffnesses of drives."""
     described = machine.description.stiffness
     drives = dict(described.drives)
+    _, expanded = written_of(machine.description).expanded
     for name, text in named_pairs("--drive", texts, "=", EXAMPLE).items():
         try:
-            drives[name] = value_of(text, UNITS)
+            drives[name] = value_of(
+                text, units_at(expanded, ("stiffness", "drives", name)) or UNITS
+            )
         except (ValueError, ArithmeticError) as error:
             problem = f"'{name}={text}': {error}; expected NAME=STIFFNESS, as {EXAMPLE}"
             raise click.BadParameter(problem, param_hint="--drive") from error

@@ -13,9 +13,8 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import InputError, Robot
-from hybrid_dynamics_core.description.parameters.paths import path_of
+from hybrid_dynamics_core.description.parameters.paths import path_of, units_of
 from hybrid_dynamics_core.description.parameters.written import written_of
-from hybrid_dynamics_core.description.value_units import units_at
 from hybrid_dynamics_core.formats.tables import table_of
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.suggestions import no_such_name
@@ -210,8 +209,7 @@ def _bounds(machine: Robot, text: str) -> tuple[str, tuple[float, ...]]:
         path = path_of(given, name)
     except InputError as error:
         raise InputError(f"vary: {error}") from error
-    _, expanded = given.expanded
-    units = units_at(expanded, path)
+    units = units_of(given, path)
     numbers: list[float] = []
     for k, term in enumerate(low_and_high):
         try:

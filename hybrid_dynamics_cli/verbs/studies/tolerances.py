@@ -145,6 +145,8 @@ def _entries(texts: tuple[str, ...], tables: tuple[Path, ...]) -> dict[str, str]
             parts.append(path.read_text(encoding="utf-8"))
         except UnicodeDecodeError as error:
             raise InputError(f"{path}: is no text in UTF-8") from error
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     with options(tolerances="tolerance"):
         entries = table_of("\n".join(parts))
     if not entries:

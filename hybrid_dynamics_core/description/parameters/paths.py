@@ -250,7 +250,7 @@ def _check_unit(written: Written, name: str, path: KeyPath, value: Any) -> None:
     if path[0] != _PARAMETERS or not isinstance(value, str):
         return
     _, after = written.expanded
-    units = units_of_parameter(after, str(path[1]))
+    units = units_of(written, path)
     if not units:
         return
     numbers = ValueReader(after).parameters
@@ -258,6 +258,14 @@ def _check_unit(written: Written, name: str, path: KeyPath, value: Any) -> None:
         evaluate(value, numbers, units=units)
     except (ValueError, ArithmeticError) as error:
         raise InputError(f"{name}: {error}") from error
+
+
+def units_of(written: Written, path: KeyPath) -> tuple[str, ...]:
+    """Allowed units of a number, also of one in `parameters:`; empty if any is allowed."""
+    _, after = written.expanded
+    if path[0] == _PARAMETERS:
+        return units_of_parameter(after, str(path[1]))
+    return units_at(after, path)
 
 
 def units_of_parameter(document: Document, name: str) -> tuple[str, ...]:
@@ -271,6 +279,7 @@ def units_of_parameter(document: Document, name: str) -> tuple[str, ...]:
         entry = entry_at(document.data, path)
         if isinstance(entry, str) and path[0] != _PARAMETERS and alone.fullmatch(entry):
             units.add(units_at(document, path))
+    units.discard(())  # of places that do not say
     if len(units) != 1:
         return ()
     return units.pop()
