@@ -33,7 +33,7 @@ def source_of(function: Any) -> str:
 
 def _collect(function: Any, texts: dict[Any, str]) -> None:
     """Add the text of a function, and of those that it calls."""
-    text = _own_text(function)
+    text = _source(function)
     texts[function] = text
     if not inspect.isfunction(function):
         return
@@ -52,7 +52,7 @@ def _collect(function: Any, texts: dict[Any, str]) -> None:
             _collect(other, texts)
 
 
-def _own_text(function: Any) -> str:
+def _source(function: Any) -> str:
     """The source of a function; its code where there is none."""
     try:
         return inspect.getsource(function)
