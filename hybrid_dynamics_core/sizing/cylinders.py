@@ -113,7 +113,7 @@ def _free_length(row: CatalogueCylinder, demand: Demand) -> Array:
 def euler_load(modulus: float, diameter: float, length: float) -> float:
     """Force [N] under which a round bar between two pins buckles: pi^2 E I / l^2.
 
-    Euler's second case, as in Timoshenko and Gere (1961), Theory of Elastic Stability, Eq. 2-5.
+    Euler's case of two hinged ends: Timoshenko and Gere (1961), Theory of Elastic Stability, 2.1.
 
     Args:
         modulus: of elasticity [Pa].

@@ -61,12 +61,14 @@ def test_no_part_knows_the_robot() -> None:
 
 
 FUNCTIONS = (  # of any robot
+    "better_coordinates",
     "capability",
     "inverse_kinematics",
     "limit_margins",
     "point_to_point",
     "retime",
     "stiffness",
+    "with_active",
     "with_parameters",
     "workspace",
 )
