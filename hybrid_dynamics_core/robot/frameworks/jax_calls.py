@@ -168,6 +168,7 @@ def _evaluated(
         by_name = zip(call.inputs, tangents, strict=False)  # the start is no input
         moves = {name: move for name, move in by_name if not isinstance(move, _NoChange)}
         change = form.change(vectors, moves) if moves else jnp.zeros_like(outputs)
+        change = change * jnp.where(status == 0, 1.0, jnp.nan)[..., None]
         no_change = np.zeros(status.shape, jax.dtypes.float0)  # what JAX takes for integers
         return (outputs, status), (change, no_change)
 
