@@ -91,8 +91,8 @@ class Stiffness:
         require_type("elasticity", elasticity, Elasticity, "Elasticity(drives={...})")
         if not elasticity:
             raise InputError(
-                "nothing of the robot is elastic; give Elasticity(drives={...}), or a section"
-                " `stiffness` in its file"
+                "nothing of the robot is elastic; give a section `stiffness` in its file,"
+                " Elasticity(drives={...}) in Python, or --drive NAME=STIFFNESS on the command line"
             )
         check_names(machine, elasticity)
         self.frame = machine.end_effector if frame is None else frame

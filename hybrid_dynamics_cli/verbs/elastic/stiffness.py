@@ -219,7 +219,7 @@ def text_of(data: dict[str, Any]) -> str:
     lines = [
         table([f"at {data['frame']}", "stiffness", "unit"], _along(data["along"])),
         "",
-        f"under load  {along_axes(moved)} mm, turned {along_axes(turned)} mrad in base axes",
+        f"under weights and load  {along_axes(moved)} mm, turned {along_axes(turned)} mrad in base axes",
         "",
         table(["element", "mm", "share of energy"], _shares(deflection)),
     ]

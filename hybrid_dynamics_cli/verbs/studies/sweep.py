@@ -277,6 +277,7 @@ def facts(results: Mapping[str, Any]) -> dict[str, Any]:
     status = dict(zip(kinds.tolist(), counts.tolist(), strict=True))
     ranges: dict[str, Any] = {}
     names = list(results)
+    varied = names[names.index("design") + 1 : names.index("status")]
     for name in names[names.index("status") + 1 :]:
         values = results[name]
         if np.isfinite(values).any():
@@ -284,8 +285,10 @@ def facts(results: Mapping[str, Any]) -> dict[str, Any]:
             ranges[name] = {
                 "least": values[least],
                 "least_at": least,
+                "least_with": {one: results[one][least] for one in varied},
                 "most": values[most],
                 "most_at": most,
+                "most_with": {one: results[one][most] for one in varied},
             }
     return {"status": status, "quantities": ranges}
 
@@ -296,9 +299,9 @@ def text_of(data: Mapping[str, Any]) -> str:
     lines = [f"{data['designs']} designs ({data['computed']} computed now): {counts}"]
     rows: list[list[object]] = []
     for name, ends in data["quantities"].items():
-        least, most = number(ends["least"]), number(ends["most"])
-        rows.append([name, least, ends["least_at"], most, ends["most_at"]])
+        for end, kind in (("least", "least"), ("most", "largest")):
+            values = ", ".join(f"{one}={number(at)}" for one, at in ends[f"{end}_with"].items())
+            rows.append([name, kind, number(ends[end]), ends[f"{end}_at"], values])
     if rows:
-        head = ["quantity", "least", "of design", "largest", "of design"]
-        lines += ["", table(head, rows)]
+        lines += ["", table(["quantity", "", "value", "of design", "with"], rows)]
     return "\n".join(lines)

@@ -214,7 +214,8 @@ def _unknown(name: str, before: Document, after: Document) -> str:
     listed = ", ".join(parameters) or "none"
     return (
         f"there is no parameter '{name}'{hint}; parameters: {listed}; other numbers are named by"
-        " their place in the file, as links.NAME.mass or joints.NAME.origin.xyz[0]"
+        " their place in the file, as links.NAME.mass, joints.NAME.origin.xyz[0]"
+        " or modules.NAME.parameters.NAME"
     )
 
 
