@@ -264,3 +264,13 @@ def test_the_verb_writes_a_folder(tmp_path: Path) -> None:
     assert wrong.exit_code == 2
     assert "does not close" in wrong.stderr
     assert not (tmp_path / "no").exists()
+
+
+def test_columns_of_a_duty_cycle_that_are_not_used_are_named(tmp_path: Path) -> None:
+    cycle = tmp_path / "cycle.csv"
+    cycle.write_text("q1,q12,q3,load\n0,0.1,-1,20\n")
+    loop = "A: joint=q2 pivot=-0.3,0.4 pin=0.3,0 barrel=0.35"
+    words = ["design", "--class", "III", "--links", "3", "--loops", loop, "--cycle", str(cycle)]
+    answer = call(*words, "-o", str(tmp_path / "crane"))
+    assert answer.exit_code == 0, answer.output
+    assert "columns that are not used: load; known: coordinates, time" in answer.output

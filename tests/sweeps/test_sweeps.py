@@ -376,6 +376,10 @@ def test_the_command_gives_what_python_gives(tmp_path: Path) -> None:
     ends = data["quantities"]["effort.q12"]
     assert ends["least"] == np.nanmin(results["effort.q12"])
     assert ends["most_at"] == np.nanargmax(results["effort.q12"])
+    assert ends["most_with"]["L2"] == results["L2"][ends["most_at"]]
+    assert list(ends["least_with"]) == ["L2", "L3"]
+    shown = call("sweep", NAME, *words)
+    assert f"L2={ends['least_with']['L2']:.6g}, L3=" in shown.output
     changed = call("sweep", NAME, *words, "--seed", "3", "--random", "5")
     assert changed.exit_code == 2
     other = call("sweep", NAME, *words[2:], "--vary", "L2=0.6:0.7:3")

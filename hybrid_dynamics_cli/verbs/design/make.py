@@ -31,6 +31,7 @@ from ...output import show, table
 from ...parameters import json_option
 from ...quantities import QuantityRange
 from ...writing import overwrite_option
+from .cycle import tell_unused
 from .margins import margins_of, margins_option
 from .size import facts as facts_of_sizing
 
@@ -128,6 +129,8 @@ def command(
     }
     words = f"{text_of(outcome)}\n{coverage}\nwritten: {output} ({', '.join(files)})"
     show(shown, as_json, words)
+    if cycle is not None:
+        tell_unused(cycle, duty)
 
 
 def _picture(machine: Robot) -> bytes:

@@ -15,6 +15,7 @@ from ...bags.common import PATH
 from ...exit_codes import FAILED
 from ...output import number, show, table
 from ...parameters import json_option, loaded, robot_argument
+from .cycle import tell_unused
 from .margins import margins_of, margins_option
 
 HELP: Final = """\
@@ -64,9 +65,7 @@ def command(
     duty = read_duty(cycle, machine)
     sizing = size_drive(machine, duty, drives, drive, beyond)
     show(facts(sizing), as_json, text(sizing))
-    if duty.unused:
-        names = ", ".join(duty.unused)
-        click.echo(f"{cycle}: columns that are not used: {names}", err=True)
+    tell_unused(cycle, duty)
     if sizing.chosen is None:
         context.exit(FAILED)
 

@@ -216,10 +216,11 @@ def text_of(data: dict[str, Any]) -> str:
     deflection = data["deflection"]
     moved = 1e3 * deflection["displacement"][:3]
     turned = 1e3 * deflection["displacement"][3:]
+    sag = f"{along_axes(moved)} mm, turned {along_axes(turned)} mrad in base axes"
     lines = [
         table([f"at {data['frame']}", "stiffness", "unit"], _along(data["along"])),
         "",
-        f"under weights and load  {along_axes(moved)} mm, turned {along_axes(turned)} mrad in base axes",
+        f"under weights and load  {sag}",
         "",
         table(["element", "mm", "share of energy"], _shares(deflection)),
     ]

@@ -219,7 +219,9 @@ def text_of(
     lines = [f"position of {analysis.frame}, {where}: {sizes}", f"orientation: {angles}"]
     lines.append(f"worst at {_place(analysis, linear.u[linear.farthest])}")
     lines.append("")
-    lines.append(table(["from", "half width [m, rad]", "share of variance", "likely if halved"], rows))
+    lines.append(
+        table(["from", "half width [m, rad]", "share of variance", "likely if halved"], rows)
+    )
     if sampled is not None:
         lines.append("")
         lines.append(_sampled_text(sampled))
