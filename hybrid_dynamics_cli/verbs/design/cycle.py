@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
     from hybrid_dynamics_core.sizing import DutyCycle
 
-_KNOWN: Final = "coordinates, time, weight, payload, force.x, moment.x, ..."
+_COLUMNS: Final = "coordinates, time, weight, payload, force.x, moment.x, ..."
 
 
 def tell_unused(path: Path, duty: DutyCycle) -> None:
     """Print the columns of a duty cycle that are not used, if any, to stderr."""
     if duty.unused:
         names = ", ".join(duty.unused)
-        click.echo(f"{path}: columns that are not used: {names}; known: {_KNOWN}", err=True)
+        click.echo(f"{path}: columns that are not used: {names}; known: {_COLUMNS}", err=True)
