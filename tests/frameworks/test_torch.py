@@ -98,6 +98,18 @@ def test_what_does_not_close_is_nan_with_its_status():
     assert torch.isnan(position[1:]).all()
 
 
+@pytest.mark.parametrize("name", ["forging_chu2020", "ankle"])
+def test_what_does_not_close_has_no_gradient(name):
+    robot = shared(name)
+    u, du, ddu = states(robot, 2)
+    far = torch.stack([u[0], u[1] + 50.0])
+    tau, status = robot.torch.inverse_dynamics(far, du, ddu)
+    assert [bool(code) for code in status] == [False, True]
+    (gradient,) = torch.autograd.grad(tau.sum(), ddu)
+    assert torch.isfinite(gradient[0]).all()
+    assert torch.isnan(gradient[1]).all()
+
+
 def test_an_iterated_robot_goes_in_steps():
     robot = shared("ankle")
     far = robot.reference + 0.6

@@ -59,7 +59,10 @@ class CompiledCall:
         return flat, kinds(codes)
 
     def slopes(self, named: Mapping[str, Array], by: Sequence[str]) -> dict[str, Array]:
-        """Derivatives (..., count, size) of the flat results by some inputs."""
+        """Derivatives (..., count, size) of the flat results by some inputs.
+
+        They are NaN for states without a result.
+        """
         matrices: dict[str, Array] = {}
         for program, results in self._tracer.slope_programs(self._call, by):
             label = f"{self._call.name}_by_{'_'.join(results)}"
@@ -68,7 +71,9 @@ class CompiledCall:
             values, codes = self._run(self._kernels[label], program, named)
             for name, result in results.items():
                 size = named[name].shape[-1]
-                matrices[name] = values[result].reshape(*codes.shape, self.count, size)
+                matrix = values[result].reshape(*codes.shape, self.count, size)
+                matrix[codes != 0] = np.nan
+                matrices[name] = matrix
         return matrices
 
     def _run(
