@@ -44,6 +44,7 @@ nitpicky = True
 
 # -- API
 autodoc_member_order = "bysource"
+autodoc_mock_imports = ["torch"]  # gigabytes
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
@@ -51,18 +52,20 @@ autodoc_class_signature = "mixed"
 add_module_names = False
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
-autodoc_type_aliases = {
-    name: name for name in ("AnyRobot", "Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names")
-}
+ALIASES = ("AnyRobot", "Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names", "Texts")
+autodoc_type_aliases = {name: name for name in ALIASES}
 nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fetched to link them
     ("py:.*", r"(numpy|collections|os|pathlib|matplotlib|typing|enum)\..*"),
-    ("py:.*", r"(AnyRobot|Array|ArrayLike|Axes|Efforts|Figure|Names)"),
+    ("py:.*", "|".join(ALIASES)),
     (
         "py:.*",
         r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType)",
     ),
-    ("py:.*", r"(.*\.)?(Kernel|Link|Transform|parameters\.changed\.R)"),
-    ("py:.*", r"(.*\.)?(Curve|Machine|Ramp|Row|retiming\.curve\.Trajectory)"),
+    ("py:.*", r"(.*\.)?(Kernel|Link|Transform|(parameters\.changed|other_coordinates)\.R)"),
+    (
+        "py:.*",
+        r"(.*\.)?(Curve|Machine|Ramp|Recipe|Row|SingularPlaces|Space|retiming\.curve\.Trajectory)",
+    ),
     (
         "py:.*",
         r"(.*\.)?(AppliedWrench|Later|LiftingMachine|Motion|NoDescriptionError|UnlimitedError|Viewer)",

@@ -30,6 +30,7 @@ from .errors import (
     InputError,
     MassSingularityError,
     SingularityError,
+    StateError,
     UndecidedModeError,
 )
 from .kinematics.ik_batch import IKBatch
@@ -72,6 +73,7 @@ __all__ = [
     "SampleStatus",
     "SingularityError",
     "SpanningTerms",
+    "StateError",
     "TwistMap",
     "UndecidedModeError",
     "Workspace",

@@ -225,7 +225,7 @@ class Robot:
 
     @property
     def singular_places(self) -> SingularPlaces:
-        """Change points and toggles: crossings ahead of a state, states beside a place."""
+        """Change points and toggles ahead of a state, and states beside such a place."""
         return self._singular_places
 
     # -- ball and free joints

@@ -116,7 +116,7 @@ def test_the_answer_stands_before_anything_is_drawn(
     def fail(*_: object) -> None:
         raise InputError("no picture today")
 
-    monkeypatch.setattr("hybrid_dynamics_core.drawing._write", fail)
+    monkeypatch.setattr("hybrid_dynamics_core.drawing.write", fail)
     result = call(verb, "five_bar", *words, str(tmp_path / "picture.svg"))
     assert len(result.output.splitlines()) > 5
     assert "written" not in result.output

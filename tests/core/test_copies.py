@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -55,6 +56,19 @@ def test_things_of_the_wrong_kind_are_refused(forging: Robot, call, words: str) 
         call(forging)
 
 
+def are_equal(one: object, other: object) -> bool:
+    """Equal to the last bit, but where NumPy's arctan2 rounds unlike that of the C library.
+
+    NumPy 1.26 has one of its own, which counts where no compiled code runs.
+    """
+    y, x = np.random.default_rng(0).normal(size=(2, 1000))
+    if np.array_equal(np.arctan2(y, x), list(map(math.atan2, y, x))):
+        return np.array_equal(one, other)  # type: ignore[arg-type]
+    if isinstance(one, np.ndarray) and one.dtype.kind == "f":
+        return np.allclose(one, other, rtol=1e-13, atol=1e-13)  # type: ignore[arg-type]
+    return np.array_equal(one, other)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("name", swept(ROBOTS))
 @pytest.mark.parametrize("near", [False, True])
 def test_a_state_is_the_row_of_a_batch_whatever_is_read_first(name: str, near: bool) -> None:
@@ -72,7 +86,7 @@ def test_a_state_is_the_row_of_a_batch_whatever_is_read_first(name: str, near: b
         expected = getattr(batch, field.name)
         for one in (state, unread, replace(unread)):
             value = getattr(one, field.name)
-            assert np.array_equal(value, expected), field.name
+            assert are_equal(value, expected), field.name
             assert type(value) is not np.ndarray or not value.flags.writeable
     assert state.branch is state.branch
     with pytest.raises(AttributeError, match="no attribute 'residuals'"):

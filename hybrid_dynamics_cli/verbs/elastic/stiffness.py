@@ -44,8 +44,8 @@ Examples:
   hybrid-dynamics stiffness delta --drive theta_A=2e4*N*m/rad --payload 2
   hybrid-dynamics stiffness excavator --drive boom_cylinder=50e6*N/m \\
       --drive slew=5e7*N*m/rad --wrench 0,0,-20*kN --json
-  hybrid-dynamics stiffness excavator --drive slew=5e7*N*m/rad --draw mode.svg \\
-      --mode 1
+  hybrid-dynamics stiffness excavator --drive slew=5e7*N*m/rad --mode 1 \\
+      --draw mode.svg
 """
 
 

@@ -22,9 +22,11 @@ class Section:
 
     Attributes:
         A: area [m^2].
-        Iy, Iz: second moments of area about y and z [m^4].
+        Iy: second moment of area about y [m^4].
+        Iz: second moment of area about z [m^4].
         J: torsion constant [m^4].
-        Ay, Az: shear areas along y and z [m^2]; infinite without shear deformation.
+        Ay: shear area along y [m^2]; infinite without shear deformation.
+        Az: the same along z.
 
     Raises:
         InputError: a number is not above zero, or one besides shear areas is not finite.
