@@ -69,15 +69,15 @@ class Goal:
 GOALS = (
     Goal("id", "inverse dynamics, new array: Pinocchio, closure by hand", (BY_HAND,), faster=8.0),
     Goal("id", "inverse dynamics, new array: Pinocchio, Newton closure", (NEWTON,), faster=500.0),
-    Goal("id", "inverse dynamics, new array: C by hand", (FLOOR,), slower=6.0),
-    Goal("id_out", "inverse dynamics, `out=`: C by hand", (FLOOR,), slower=4.0),
+    Goal("id", "inverse dynamics, new array: C by hand", (FLOOR,), slower=2.0),
+    Goal("id_out", "inverse dynamics, `out=`: C by hand", (FLOOR,), slower=1.5),
     Goal("id_out", "exported C: this library", (OURS,), slower=1.3, side=C_EXPORT),
     Goal("id_out", "exported C: C by hand", (FLOOR,), slower=2.0, side=C_EXPORT),
     Goal("minimal", "M-bar, C-bar u', G-bar: Pinocchio", (BY_HAND,), faster=10.0),
     Goal("fd", "forward dynamics: the fastest of Pinocchio", (BY_HAND, CONSTRAINED), faster=5.0),
     Goal("close", "closure with rates: Pinocchio, Newton closure", (NEWTON,), faster=300.0),
     Goal("id_batch", "inverse dynamics, batch: loop over Pinocchio", (BY_HAND,), faster=140.0),
-    Goal("id_batch", "inverse dynamics, batch: C by hand", (FLOOR,), slower=5.0),
+    Goal("id_batch", "inverse dynamics, batch: C by hand", (FLOOR,), slower=1.4),
     Goal(
         "id",
         "without compiler, inverse dynamics: plain NumPy",
