@@ -83,7 +83,8 @@ def equilibrium(structure: Structure) -> Equilibrium:
             scale[k] = 1.0 / structure.length
     scaled = structure.A_s * scale
     sizes = np.linalg.norm(scaled, axis=1)
-    units = 1.0 / np.where(sizes > 0.0, sizes, 1.0)
+    is_rounding = sizes <= RANK * sizes.max(initial=0.0)  # of an equation of springs alone
+    units = 1.0 / np.where(is_rounding, 1.0, sizes)
     left, values, right = np.linalg.svd(scaled * units[:, None])
     counts = values > RANK * values.max(initial=0.0)
     rank = int(counts.sum())

@@ -368,3 +368,17 @@ def test_a_loss_names_the_number_of_its_message(keep, forging, tmp_path):
         Job(bag(tmp_path / "in", pairs), tmp_path / "out", "forging_chu2020", keep=keep)
     )
     assert [told.split(",")[0] for told in outcome.losses] == ["message 2500"]
+
+
+def test_a_message_index_that_is_said_to_be_a_message_is_none(whole, tmp_path):
+    """One bit makes code 7 of a record code 5, in a place that no checksum covers."""
+    path, pairs = whole
+    raw = bytearray((path / "chunked.mcap").read_bytes())
+    place = 8
+    while raw[place] != 7:
+        place += 9 + int.from_bytes(raw[place + 1 : place + 9], "little")
+    raw[place] = 5
+    (tmp_path / BAG_METADATA).write_bytes((path / BAG_METADATA).read_bytes())
+    (tmp_path / "chunked.mcap").write_bytes(raw)
+    found, _ = read(tmp_path)
+    assert found == pairs

@@ -16,6 +16,7 @@ from hybrid_dynamics_core import Payload, Robot, SingularityError, load
 from hybrid_dynamics_core.stiffness import DriveStiffness, Elasticity, Stiffness
 from tests.agreement.mujoco_model import MujocoRobot
 from tests.generated.case import Case
+from tests.generated.class_three import FourBar, Plan, build, built
 from tests.generated.robots import STATES, examples, robots
 from tests.sampling import swept
 from tests.stiffness.test_finite_elements import elasticity_of
@@ -115,6 +116,18 @@ def test_the_rigid_limit_is_reached_in_proportion(case: Case, seed: int) -> None
 @examples(6)
 @given(robots(), STATES)
 def test_frames_of_a_rigid_link_see_one_compliance(case: Case, seed: int) -> None:
+    see_one_compliance(case, seed)
+
+
+def test_an_equation_of_springs_alone_is_none_of_joints() -> None:
+    """Its row of the joints is rounding, here 1e-17 of the others, and has no direction."""
+    loops = FourBar("D", "RRR", parallelogram=True), FourBar("B", "RPR", parallelogram=False)
+    pair = "pair", 53, FourBar("A", "RRR", parallelogram=True)
+    span = "span", 37, FourBar("A", "RRR", parallelogram=False)
+    see_one_compliance(built(build(Plan(loops, (pair, span), True, 2615))), 69)
+
+
+def see_one_compliance(case: Case, seed: int) -> None:
     """C_b = X C_a X^T, X = [1, -[r]; 0, 1] with the arm r from a to b."""
     robot = case.robot
     elasticity = elasticity_of(robot, seed)

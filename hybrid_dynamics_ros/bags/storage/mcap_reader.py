@@ -193,9 +193,15 @@ class McapReader:
         if end > file_end:
             beyond = end - file_end
             return f"the record at byte {start} ends {beyond} bytes beyond the file: it is lost"
+        return self._contradiction(start, code, end)
+
+    def _contradiction(self, start: int, code: int, end: int) -> str:
+        """What the index has where a record of another kind or length begins."""
         entry = self._summary.chunks.get(start)
         if entry is not None and (code, end) != (CHUNK, entry.end):
             return "its index has another chunk there"
+        if code != MESSAGE_INDEX and self._summary.indices_end(start) is not None:
+            return "its index has the message indices of a chunk there"
         after = self._summary.chunk_after(start)
         if after is not None and end > after:
             return "its index has a chunk inside it"
