@@ -100,7 +100,7 @@ def _files(place: str) -> list[Path]:
 
 
 def canonical(text: bytes) -> str:
-    """A canonical text of a source, without comments, docstrings and layout: that of its bytecode.
+    """A text of the bytecode of a source, without comments, docstrings and most line breaks.
 
     To compile takes a third of the time that a walk over the syntax tree takes.
     """
