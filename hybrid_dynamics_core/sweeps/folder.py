@@ -10,10 +10,11 @@ import csv
 import json
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import IO, Any, Final, Literal, get_args
 
 import numpy as np
 
@@ -103,14 +104,12 @@ class StudyFolder:
         """Join all files of CSV to one table."""
         if self.format != "csv":
             return
-        handle, name = tempfile.mkstemp(suffix=".new", dir=self.path)
-        with os.fdopen(handle, "wb") as file:
+        with atomic_file(self.path / TABLE) as file:
             for chunk in range(chunks):
                 header, _, rows = self.part(chunk).read_bytes().partition(b"\n")
                 if not chunk:
                     file.write(header + b"\n")
                 file.write(rows)
-        Path(name).replace(self.path / TABLE)
 
 
 def read_results(path: str | Path) -> dict[str, Column]:
@@ -148,10 +147,17 @@ def _read_part(file: Path, suffix: Format) -> dict[str, Column]:
 
 def write_atomically(path: Path, content: bytes) -> None:
     """Write a file that is whole whenever it is there."""
+    with atomic_file(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def atomic_file(path: Path) -> Iterator[IO[bytes]]:
+    """A new file that takes its place when it is whole; if that fails, nothing is left of it."""
     handle, name = tempfile.mkstemp(prefix=path.name, suffix=".new", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(content)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         Path(name).replace(path)
