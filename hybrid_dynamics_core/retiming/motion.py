@@ -71,19 +71,15 @@ class TimedMotion:
         moving = (t >= 0.0) & (t <= self.duration)
         ds = np.where(moving, np.maximum(ds, 0.0), 0.0)
         dds = np.where(moving, acceleration, 0.0)
-        slope, curvature = (
-            self.curve.at(
-                s,
-                1,
-            ),
-            self.curve.at(
-                s,
-                2,
-            ),
-        )
-        du = slope * ds[..., None]
-        ddu = slope * dds[..., None] + curvature * ds[..., None] ** 2
-        return MotionPoint(self.curve.at(s), du, ddu)
+        return along(self.curve, s, ds, dds)
+
+
+def along(curve: Curve, s: Array, ds: Array, dds: Array) -> MotionPoint:
+    """The motion along a path at parameters s (N,), with s' and s'' there; or at one of them."""
+    slope, curvature = curve.at(s, 1), curve.at(s, 2)
+    du = slope * ds[..., None]
+    ddu = slope * dds[..., None] + curvature * ds[..., None] ** 2
+    return MotionPoint(curve.at(s), du, ddu)
 
 
 def accelerations(s: Array, x: Array) -> Array:

@@ -12,11 +12,13 @@ import numpy as np
 from hybrid_dynamics_core import ClosedState, Loads, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
+from ..messages.cdr import NS
 from ..messages.joint_samples import FloatArray, OrderedMotion, Rejection, rejection_of
 from .trajectory_limits import MotionLimits
 from .trajectory_motion import SmoothMotion
 
 _MOST_HALVINGS: Final = 10  # of an interval between points
+_LEAST_HALVED: Final = 1e-5  # [s] a piece of a controller's cycle, many times the unit of stamps
 _SHARE_OF_TIME: Final = 1e-6  # precision of the first bad time, as a share of an interval
 _MOST_SURVEYED: Final = 33  # points for an estimate of the largest efforts
 _DOUBLINGS: Final = 2  # of samples that meet a power: it turns up to eight times between points
@@ -120,13 +122,17 @@ class Follower:
             allowed: allowed deviations of efforts from linear (n,) [N m or N].
         """
         span = end - first.time
-        times = [*(first.time + _QUARTERS * span).tolist(), end]
-        following = self._following(first, times)
+        times = first.time + _QUARTERS * span
+        if span >= _LEAST_HALVED:
+            times = np.round(times * NS) / NS
+        following = self._following(first, [*times.tolist(), end])
         todo = [(self._checked(following, span), 0)]
         while todo:
             piece, halvings = todo.pop()
             is_bad = piece[-1].problem is not None
-            if is_bad or halvings == _MOST_HALVINGS or _is_linear(piece, allowed):
+            is_short = piece[-1].time - piece[0].time < _LEAST_HALVED
+            is_short = is_short or halvings == _MOST_HALVINGS
+            if is_bad or is_short or _is_linear(piece, allowed):
                 yield piece
                 if is_bad:
                     return
@@ -147,8 +153,8 @@ class Follower:
         """The samples, with one more between each two."""
         denser = [samples[0]]
         for before, after in pairwise(samples):
-            middle = self.sample(0.5 * (before.time + after.time), before.state)
-            denser += [middle, after]
+            moment = _as_stamped(0.5 * (before.time + after.time))
+            denser += [self.sample(moment, before.state), after]
         return denser
 
     def _checked(self, samples: list[Sample], span: float) -> list[Sample]:
@@ -231,6 +237,14 @@ class Follower:
             else:
                 bad = sample
         return bad
+
+
+def _as_stamped(time: float) -> float:
+    """A time [s] as messages have it, in nanoseconds.
+
+    A value that belongs to another time is a jolt where points are close together.
+    """
+    return round(time * NS) / NS
 
 
 def _close(

@@ -11,13 +11,16 @@ from typing import Final
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, IKStatus, InputError, Loads, Pose, Robot
+from hybrid_dynamics_core.retiming.constraints import Constraints
+from hybrid_dynamics_core.retiming.curve import curve_of
+from hybrid_dynamics_core.retiming.eased import eased
 
+from ..messages.cdr import NS
 from ..messages.joint_samples import FloatArray, RejectedError, Rejection, RejectionCode
 from .trajectory_fit import completed
 
 _STATIONS: Final = 100  # of a retimed path
-_BESIDE: Final = 5e-4  # [s] from a jump of accelerations
-_SHORTEST: Final = 1e-6  # [s] between points: messages have nanoseconds
+_RAMP: Final = 1e-3  # [s] of a retimed path, in place of a jump of its acceleration
 _UNSOLVED: Final = {IKStatus.LIMIT: RejectionCode.LIMIT, IKStatus.SINGULAR: RejectionCode.SINGULAR}
 # Coefficients of the powers 3, 4 and 5 of a quintic on [0, 1]. They multiply position, velocity and
 # acceleration at its end, minus the contributions of the powers 0, 1 and 2.
@@ -66,37 +69,58 @@ def retimed(
 ) -> SampledTrajectory:
     """The path of a trajectory as fast as the limits allow.
 
+    Its acceleration has no jumps, so that controllers that join the points keep the limits too.
+
     Args:
         robot: the robot.
-        trajectory: a trajectory of the active joints, whose times do not matter.
+        trajectory: a trajectory of independent joints, whose times do not matter.
         loads: loads besides the actuators.
         near: closed state whose assembly modes are kept; the robot's own if None.
         share: share of each limit that is used.
 
     Raises:
-        RejectedError: the coordinates are others than the active joints, or no motion keeps all
-            limits.
+        RejectedError: no motion keeps all limits.
+        HybridDynamicsError: a loop does not close on the path.
     """
-    if set(trajectory.names) != set(robot.active):
-        joints = ", ".join(robot.active)
-        text = f"trajectory.retime takes motions of the active joints, {joints}, or of a path"
-        raise RejectedError(RejectionCode.BAD_REQUEST, text)
-    order = [trajectory.names.index(name) for name in robot.active]
+    path = _active_path(robot, trajectory, near)
     try:
-        motion = robot.retime(
-            trajectory.position[:, order], loads, near=near, stations=_STATIONS, share=share
+        fastest = robot.retime(
+            path,
+            loads,
+            near=near,
+            stations=_STATIONS,
+            share=share,
         )
+        constraints = Constraints(robot, fastest.curve, loads, near, share)
+        ramp = min(_RAMP, fastest.duration / (10.0 * _STATIONS))
+        motion = eased(fastest, constraints, ramp)
     except InputError as error:
         raise RejectedError(RejectionCode.LIMIT, str(error)) from error
-    # accelerations jump at stations: a point on either side
-    gaps = np.minimum(np.diff(motion.times) / 4.0, _BESIDE)
-    after, before = motion.times[:-1] + gaps, motion.times[1:] - gaps
-    inside = np.stack([after, before], axis=1).ravel()
-    time = np.concatenate([[0.0], inside, [motion.duration]])
-    time = time[np.append(True, np.diff(time) > _SHORTEST)]
+    # messages have nanoseconds: the points are those of their times
+    stamps = np.round(motion.times * NS)
+    time = np.unique(stamps) / NS
     point = motion(time)
     point.du[[0, -1]] = 0.0
     return SampledTrajectory(robot.active, time, *point)
+
+
+def _active_path(
+    robot: Robot, trajectory: SampledTrajectory, near: ClosedState | None
+) -> FloatArray:
+    """Positions (N, n) of the active joints along a path, dense if it is one of other joints."""
+    names = trajectory.names
+    if set(names) == set(robot.active):
+        order = [names.index(name) for name in robot.active]
+        return trajectory.position[:, order]
+    curve = curve_of(trajectory.position, names)
+    evenly = np.linspace(0.0, curve.end, _STATIONS)
+    rows = []
+    dense = np.union1d(curve.s, evenly)
+    for position in curve.at(dense).tolist():
+        given = dict(zip(names, position, strict=True))
+        near = robot.close_given(given, near=near)
+        rows.append(near.u)
+    return np.array(rows)
 
 
 def require_times(time: FloatArray) -> None:
