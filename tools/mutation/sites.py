@@ -27,8 +27,9 @@ SWAPS: dict[type[ast.AST], type[ast.AST]] = {
     ast.IsNot: ast.Is,
     ast.USub: ast.UAdd,
 }
+COMMUTING = {"isclose", "logaddexp", "max", "maximum", "min", "minimum"}
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
-SHOWN = (ast.expr, ast.If, ast.AugAssign)
+SHOWN = (ast.expr, ast.If, ast.AugAssign, ast.Expr, ast.Assign, ast.Raise)
 BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
@@ -95,9 +96,12 @@ class Mutator(ast.NodeTransformer):
         return node
 
     def _visit_function(self, node: ast.AST) -> ast.AST:
-        """Decorators, defaults and annotations run, if at all, outside of the function."""
+        """Decorators, defaults and annotations run outside of the function; defaults act in it."""
         body, node.body = node.body, []
+        before = self.count
         self.generic_visit(node)
+        if before <= self.number < self.count:
+            self.lines = self.lines or range(body[0].lineno, body[-1].end_lineno + 1)
         outside, self._is_in_function = self._is_in_function, True
         node.body = [self.visit(statement) for statement in body]
         self._is_in_function = outside
@@ -108,8 +112,16 @@ class Mutator(ast.NodeTransformer):
             return SWAPS[type(node)]()
         if isinstance(node, ast.Constant) and _is_number(node.value) and self._is_here():
             return ast.copy_location(ast.Constant(node.value + 1), node)
+        if isinstance(node, ast.Constant) and isinstance(node.value, bool) and self._is_here():
+            return ast.copy_location(ast.Constant(not node.value), node)
         if isinstance(node, (ast.If, ast.IfExp)) and self._is_here():
             node.test = ast.UnaryOp(ast.Not(), node.test)
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not) and self._is_here():
+            return node.operand
+        if isinstance(node, ast.Call) and _has_order(node) and self._is_here():
+            node.args[:2] = node.args[1::-1]
+        if self._is_in_function and _can_go(node) and self._is_here():
+            return ast.copy_location(ast.Pass(), node)
         return node
 
     def _is_here(self) -> bool:
@@ -121,6 +133,22 @@ def _defined(node: ast.AST) -> str:
     if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
         return node.targets[0].id
     return ""
+
+
+def _has_order(call: ast.Call) -> bool:
+    """Whether a call has two arguments whose order matters."""
+    name = ast.unparse(call.func).rpartition(".")[2]
+    first = call.args[:2]
+    is_plain = len(first) == 2 and not any(isinstance(one, ast.Starred) for one in first)
+    return is_plain and name not in COMMUTING and ast.dump(first[0]) != ast.dump(first[1])
+
+
+def _can_go(node: ast.AST) -> bool:
+    """Whether a statement can be left out, and every name is still defined."""
+    if isinstance(node, ast.Assign):
+        return all(isinstance(target, ast.Subscript) for target in node.targets)
+    is_call = isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)
+    return is_call or isinstance(node, (ast.AugAssign, ast.Raise))
 
 
 def _lines(statement: ast.stmt) -> range:
