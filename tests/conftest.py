@@ -86,6 +86,7 @@ UNCOMPILED = (
     "laws/test_ball_cuts.py",
     "laws/test_idle.py",
     "laws/test_multi_dof.py",
+    "laws/test_optional_inputs.py",
     "laws/test_regrouped.py",
     "ros/test_ball_joints.py",
     "ros/test_other_joints.py",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import expm
 
 from hybrid_dynamics_core import ClosedState
 from hybrid_dynamics_core.errors import StateError
@@ -25,6 +27,22 @@ TIMES = np.linspace(0.0, 0.3, 7)
 
 def model_of(case: Case) -> MotionModel:
     return MotionModel(np.full(case.n, 0.5), 0.5)
+
+
+@examples(200)
+@given(st.floats(-6.0, 1.0), st.sampled_from([-1.0, 1.0]), st.floats(0.01, 10.0))
+def test_motion_between_readings_is_that_of_its_equation(power, side, time) -> None:
+    """Exponential of the equation's matrix; the noise of two steps adds up."""
+    step = 10.0**power * time
+    model = MotionModel(np.array([0.7]), time)
+    rates = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / time]])
+    size = np.array([step**2, step, 1.0])  # of what u'' adds to each order
+    expected = expm(rates * side * step)
+    moved = model.transition(side * step)
+    assert moved * size / size[:, None] == pytest.approx(expected * size / size[:, None], abs=1e-9)
+    moved, noise = model.transition(step), model.noise(step)
+    both = (moved @ noise @ moved.T + noise) / np.outer(size, size)
+    assert model.noise(2.0 * step) / np.outer(size, size) == pytest.approx(both, rel=1e-6)
 
 
 @examples(12)

@@ -45,6 +45,22 @@ def heavy_loads(machine: Robot, seed: int = 0) -> Loads:
     )
 
 
+def with_payload_in_its_link(machine: Robot) -> Robot:
+    """The robot whose description has the tool joined to the link that carries it."""
+    frame = machine.description.frames["end_effector"]
+    own = machine.description.links[frame.link]
+    com = frame.translation + frame.rotation @ TOOL.com
+    mass = own.mass + TOOL.mass
+    middle = (own.mass * own.com + TOOL.mass * com) / mass
+    inertia = own.inertia + frame.rotation @ TOOL.inertia @ frame.rotation.T
+    for m, c in ((own.mass, own.com), (TOOL.mass, com)):
+        d = c - middle
+        inertia = inertia + m * (d @ d * np.eye(3) - np.outer(d, d))
+    joined = Link(frame.link, mass, frozen(middle), frozen(inertia))
+    links = {**machine.description.links, frame.link: joined}
+    return changed(machine, links=MappingProxyType(links))
+
+
 @pytest.mark.parametrize("name", swept(ROBOTS))
 class TestLoads:
     def test_payload_is_part_of_its_link(self, name: str) -> None:
@@ -52,19 +68,7 @@ class TestLoads:
         to its own.
         """
         machine, ddu = robot(name), random_vector(robot(name), 1)
-        frame = machine.description.frames["end_effector"]
-        own = machine.description.links[frame.link]
-        com = frame.translation + frame.rotation @ TOOL.com
-        mass = own.mass + TOOL.mass
-        middle = (own.mass * own.com + TOOL.mass * com) / mass
-        inertia = own.inertia + frame.rotation @ TOOL.inertia @ frame.rotation.T
-        for m, c in ((own.mass, own.com), (TOOL.mass, com)):
-            d = c - middle
-            inertia = inertia + m * (d @ d * np.eye(3) - np.outer(d, d))
-        joined = Link(frame.link, mass, frozen(middle), frozen(inertia))
-        other = changed(
-            machine, links=MappingProxyType({**machine.description.links, frame.link: joined})
-        )
+        other = with_payload_in_its_link(machine)
         for state in random_states(name):
             tau = machine.inverse_dynamics(state, ddu, machine.loads.with_payload(TOOL))
             expected = other.inverse_dynamics(other.close(state.u, state.du), ddu)

@@ -76,6 +76,7 @@ def compliance_of(text: str) -> np.ndarray:
         ("E: 210e9, G: 81e9, to: lug", "E: 0, G: 81e9, to: lug", "E is 0 Pa"),
         ("to: lug, tube", "to: lag, tube", "did you mean 'lug'"),
         ("to: lug, tube", "to: [0, 0, 0], tube", "beam 1 begins and ends at"),
+        ("to: end_effector", "to: lug", "beam 2 begins and ends at"),
         ("start: lug", "start: [1, 1, 1]", "expected the origin of the link, or the end"),
         ("wall: 8*mm", "wall: 80*mm", "wall is 0.08 m; expected at most the radius"),
         (", tube: {diameter: 120*mm, wall: 8*mm}", "", "gives none of section, tube, box"),
