@@ -56,6 +56,9 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _run(args: list[str], stop: StopSignals) -> int:
+    # Messages import rosidl_generator_py, which would import its parser and its templates too. It
+    # does without where they are missing: only the generation of messages needs them.
+    sys.modules.setdefault("rosidl_generator_py.generate_py_impl", None)  # type: ignore[arg-type]
     # Imported late: a machine without ROS gets a sentence instead of a traceback.
     import rclpy  # noqa: PLC0415
     from rclpy.exceptions import ParameterException  # noqa: PLC0415

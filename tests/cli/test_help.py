@@ -110,8 +110,10 @@ def short_examples() -> Iterator[str]:
             yield from (line for line in examples(words) if "|" not in line)
 
 
-# pictures, searches for all modes, and compilers
-SLOW = re.compile(r" --(draw|plot)\b| workspace | bag report | design | --all\b| --format fmu ")
+# pictures, searches for all modes, play of pins, and compilers
+SLOW = re.compile(
+    r" --(draw|plot)\b| workspace | bag report | design | --all\b|\.play=| --format fmu "
+)
 LINES = list(short_examples())
 
 

@@ -15,7 +15,7 @@ EXACT = 1e-12  # [-] of the largest value, for sums in another order
 ROBOTS = shipped_robots()
 TRACED = ("five_bar", "forging_chu2020", "ankle", "palletizer", "excavator", "delta", "staicu2015")
 CASES = (*ROBOTS, *[f"{name} traced" for name in TRACED])
-SAMPLE = ("five_bar", "ankle", "five_bar traced")
+COMPILED = ("five_bar", "ankle")  # the sample of calls by machine code
 
 
 shared = cache(load)  # JAX compiles each function of a robot once
@@ -48,7 +48,7 @@ def robot_and_calls(case):
     return robot, robot.jax.traced if traced else robot.jax
 
 
-@pytest.mark.parametrize("case", swept(CASES, sample=SAMPLE))
+@pytest.mark.parametrize("case", swept(CASES, sample=COMPILED))
 def test_every_call_has_the_values_of_the_compiled_one(case):
     robot, calls = robot_and_calls(case)
     u, du, ddu = states(robot, 50)
@@ -70,7 +70,7 @@ def test_every_call_has_the_values_of_the_compiled_one(case):
         agree(ours, right)
 
 
-@pytest.mark.parametrize("case", swept(CASES, sample=SAMPLE))
+@pytest.mark.parametrize("case", swept(CASES, sample=(*COMPILED, "five_bar traced")))
 def test_derivatives_are_those_of_the_exact_programs(case):
     robot, calls = robot_and_calls(case)
     u, du, ddu = (rows[0] for rows in states(robot, 1))
@@ -133,6 +133,7 @@ def test_in_a_loop_of_jax():
     agree(efforts, robot.kernels.inverse_dynamics(rows, du, ddu))
 
 
+@pytest.mark.sweep(sample="test_derivatives_are_those_of_the_exact_programs")
 def test_gradients_through_a_motion_are_those_of_traced_calls():
     robot = shared("five_bar")
     efforts = 0.01 * np.random.default_rng(3).normal(size=(20, 3))
@@ -217,11 +218,14 @@ def test_functions_are_mapped_and_compiled():
 
 @pytest.mark.parametrize(
     ("case", "error"),
-    [
-        ("five_bar", 2e-7),  # rounded once
-        ("ankle", 2e-7),
-        ("five_bar traced", 2e-5),  # a sum of some hundred products, each rounded to 6e-8
-    ],
+    swept(
+        [
+            ("five_bar", 2e-7),  # rounded once
+            ("ankle", 2e-7),
+            ("five_bar traced", 2e-5),  # a sum of some hundred products, each rounded to 6e-8
+        ],
+        sample=COMPILED,
+    ),
 )
 def test_digits_of_32_bits(case, error):
     robot, calls = robot_and_calls(case)

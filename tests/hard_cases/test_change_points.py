@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.problems.four_bars import four_bars
@@ -20,6 +20,7 @@ from hybrid_dynamics_core.errors import StateError
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.ground.arrays import Array
 from tests.hard_cases.linkages import four_bar, robot
+from tests.sampling import examples
 
 EXACT = 1e-11  # R keeps twelve digits at the places from which a change point is interpolated
 
@@ -90,7 +91,7 @@ def folds_once(bars: Bars) -> bool:
 
 
 class TestChangePointFourBars:
-    @settings(max_examples=25)
+    @examples(24)
     @given(change_point_bars().filter(folds_once), st.sampled_from([-1.0, 1.0]))
     def test_motion_keeps_its_branch_through_the_place(self, bars: Bars, side: float) -> None:
         start = bars.flat - 1.0
@@ -105,7 +106,7 @@ class TestChangePointFourBars:
         assert passage.index == int(np.argmax(u > bars.flat))
         assert passage.before != passage.after
 
-    @settings(max_examples=25)
+    @examples(24)
     @given(change_point_bars().filter(folds_once), st.sampled_from([-1.0, 1.0]))
     def test_both_branches_are_told(self, bars: Bars, side: float) -> None:
         """Their rates are the derivatives of both closed forms, by central differences."""

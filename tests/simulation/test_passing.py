@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -29,6 +29,7 @@ from tests.hard_cases.test_change_points import (
     folds_once,
     turned_off,
 )
+from tests.sampling import examples
 
 GRAVITY = 9.81
 STEP = 1e-30  # of complex differentiation: no difference is taken
@@ -129,7 +130,7 @@ class TestRowOfFourBars:
 
 
 class TestChangePointFourBars:
-    @settings(max_examples=8)
+    @examples(12)
     @given(change_point_bars().filter(folds_once), st.sampled_from([-1.0, 1.0]))
     def test_motion_stays_on_its_branch_with_its_energy(self, bars: Bars, side: float) -> None:
         """With a flywheel on the crank it goes past the fold."""
@@ -271,7 +272,7 @@ class TestSliderCrank:
         assert kinds == ({"toggle", "change point"} if sizes.rod == sizes.crank else {"toggle"})
         assert np.abs(motion.energy_error).max() < 1e-7
 
-    @settings(max_examples=8)
+    @examples(12)
     @given(
         st.floats(0.05, 0.2),
         st.floats(1.2, 4.0),

@@ -32,6 +32,7 @@ from tests.sweeps import functions
 
 NAME = "forging_chu2020"
 SPACE = {"L2": (0.3, 1.1, 12), "L3": (0.7, 0.9, 10)}  # L2 below 0.6 opens a loop
+CLOSED = grid({"L2": (0.7, 0.8, 2)})
 QUANTITIES = ("position.z", "effort.q12", "coordinate.q2", "singularity", "pin.theta_1")
 ROOT = Path(__file__).parents[2]
 
@@ -341,7 +342,10 @@ def test_a_folder_that_cannot_be_written_gets_one_line(
         (lambda: sweep(study(function=functions.short)), "one number a design"),
         (lambda: sweep(study(function=functions.comma)), "expected a name without commas"),
         (lambda: sweep(study(function=functions.imaginary)), "expected real numbers"),
-        (lambda: sweep(study(function=EachRobot(functions.bare))), "expected numbers by name"),
+        (
+            lambda: sweep(study(space=CLOSED, function=EachRobot(functions.bare))),
+            "expected numbers by name",
+        ),
     ],
 )
 def test_a_wrong_study_gets_one_line(make, part: str) -> None:

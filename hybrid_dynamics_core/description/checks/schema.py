@@ -7,9 +7,6 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-import jsonschema
-from jsonschema.exceptions import best_match
-
 from ..document import Data, Document, KeyPath
 from .schema_messages import schema_message
 
@@ -41,6 +38,10 @@ def check_schema(document: Document, definition: str = "") -> None:
     if not isinstance(document.data, dict):
         keys = ", ".join(list(schema["properties"])[:_EXAMPLE_KEYS])
         raise document.error((), f"expected a mapping with the keys {keys}, ...")
+    # Imported late: processes that get their robot as data need no validator.
+    import jsonschema  # noqa: PLC0415
+    from jsonschema.exceptions import best_match  # noqa: PLC0415
+
     validator = jsonschema.Draft202012Validator(schema)
     error = best_match(validator.iter_errors(document.data), key=_relevance)
     if error is None:
