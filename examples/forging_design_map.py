@@ -41,6 +41,12 @@ def best_of(results: dict[str, np.ndarray]) -> tuple[int, int]:
     return paper, int(forces.argmin())
 
 
+def label_places(levels: list[list[np.ndarray]]) -> list[np.ndarray]:
+    """A point inside the longest line of each level, where a label has room, shape (2,)."""
+    longest = [max(lines, key=len) for lines in levels if lines]
+    return [line[len(line) // 3] for line in longest if len(line)]
+
+
 def plot(results: dict[str, np.ndarray], path: str) -> None:
     """Maps of the swing and of the force."""
     # Matplotlib is an extra.
@@ -63,9 +69,12 @@ def plot(results: dict[str, np.ndarray], path: str) -> None:
         for axes, (name, factor, levels, title) in zip(figure.subplots(1, 2), maps, strict=True):
             values = factor * results[name].reshape(shape)
             axes.contourf(x, y, closes < 1.0, levels=[0.5, 1.5], colors=[GRID])
-            axes.clabel(axes.contour(x, y, values, levels=levels, colors=BLUE, linewidths=1.0))
+            lines = axes.contour(x, y, values, levels=levels, colors=BLUE, linewidths=1.0)
+            axes.clabel(lines, manual=label_places(lines.allsegs))
             for row, colour in ((paper, INK), (best, RED)):
-                axes.plot(results["L1"][row], results["b2"][row], "o", color=colour)
+                axes.plot(
+                    results["L1"][row], results["b2"][row], "o", color=colour, clip_on=False
+                )
             axes.set(xlabel="column to pivot, L1 [m]", ylabel="elbow to pin, b2 [m]")
             entitled(axes, title)
         keys = [
