@@ -28,7 +28,7 @@ from .threads import in_parts
 from .trace import Trace, Traceable, trace
 
 Codes = NDArray[np.int64]
-_FORMS: tuple[Form, ...] = ("one", "rows", "path", "xla_one", "xla_rows", "xla_32")
+_FORMS: tuple[Form, ...] = ("one", "rows", "path", "xla_one", "xla_rows", "xla_32", "steps")
 VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
 _MAY_MAKE: ContextVar[bool] = ContextVar("kernels may be made", default=True)
 
@@ -115,6 +115,16 @@ class Kernel:
         if self.backend == native.NAME:
             return self._load("path")
         return partial(generated.path, self.one, len(self.layout))
+
+    @property
+    def can_step(self) -> bool:
+        """Whether there is compiled code of steps, see `ir.steps`."""
+        return self.backend == native.NAME
+
+    @lazy
+    def steps(self) -> Callable[..., int]:
+        """Steps of an integrator, as `ir.steps` has it; of machine code only."""
+        return self._load("steps")
 
     def handler(self, form: Form) -> LoadedCode:
         """The code of a form for XLA, see `ir.xla_entry`; of machine code only."""

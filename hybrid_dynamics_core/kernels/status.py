@@ -17,6 +17,8 @@ NOT_FINITE = -2
 NOT_TAKEN = -3
 # M-bar is singular: some motion of the active joints moves no mass.
 MASS_SINGULAR = -4
+# An integrator found no step that is short enough. Only its kernels set it.
+NO_STEP = -5
 
 
 def any_failed(codes: NDArray[np.int64]) -> bool:

@@ -16,7 +16,7 @@ from .dynamics import (
     minimal_form,
     passive_forces,
 )
-from .energy import energy, motion
+from .energy import energy, motion, motion_and_configuration
 from .forward import forward_dynamics
 from .kinematics import forward_kinematics, jacobian, pose_and_jacobian
 from .matrices import coriolis_matrix, spanning_terms
@@ -58,6 +58,7 @@ __all__ = [
     "kinds",
     "minimal_form",
     "motion",
+    "motion_and_configuration",
     "of_rounded",
     "passive_forces",
     "pose_and_jacobian",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Vector, add, dot, matvec, scale, sub
 from ..dynamics.bilinear import body_twists, momentum
@@ -10,6 +12,7 @@ from ..kernels.trace import Results
 from .dynamics import Dynamics
 from .forward import solve_motion
 from .model import AT_EFFORT, UNDER_GRAVITY, Inputs, Model, Program, with_loads
+from .warm_start import next_start
 
 
 def energy(pattern: LoadPattern = NOTHING) -> Program:
@@ -48,6 +51,17 @@ def motion(pattern: LoadPattern = NOTHING) -> Program:
         return Results({"ddu": ddu, "power": power}, dynamics.checks + checks)
 
     return with_loads(AT_EFFORT, run, pattern)
+
+
+def motion_and_configuration(pattern: LoadPattern = NOTHING) -> Program:
+    """The program `motion`, with all coordinates and R row by row as further outputs."""
+    program = motion(pattern)
+
+    def run(model: Model, x: Inputs) -> Results:
+        results = program.run(model, x)
+        return replace(results, outputs={**results.outputs, **next_start(model, x).outputs})
+
+    return replace(program, run=run)
 
 
 def kinetic_energy(dynamics: Dynamics) -> Scalar:

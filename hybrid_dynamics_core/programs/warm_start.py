@@ -20,14 +20,14 @@ def warm_started(program: Program) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         results = program.run(model, x)
-        following = _next_start(model, x)
+        following = next_start(model, x)
         outputs = {**results.outputs, **following.outputs}
         return Results(outputs, results.checks, results.rewritable, results.kept)
 
     return Program(program.from_start().inputs, run, program.sizes)
 
 
-def _next_start(model: Model, x: Inputs) -> Results:
+def next_start(model: Model, x: Inputs) -> Results:
     """The start of the next state of a motion: all coordinates, and R row by row."""
     motion, checks, _ = closed_motion(model, x)
     start_map: list[Scalar] = []
@@ -44,4 +44,4 @@ def _place(model: Model, x: Inputs) -> Results:
 
 
 PLACE = Program(("u", "branch", *FROM_START, "move_after"), _place)
-STEP = Program(("u", "branch", *FROM_START), _next_start)
+STEP = Program(("u", "branch", *FROM_START), next_start)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -22,14 +20,12 @@ from ..errors import InputError, MassSingularityError
 from ..ground.arrays import Array
 from ..ground.check_arguments import require_type
 from ..ground.lazy import lazy
-from ..kernels.status import GOOD, MASS_SINGULAR, any_failed
+from ..kernels.status import MASS_SINGULAR, any_failed
 from ..mechanism.total_inertia import total_mass
 from .closure import Closure
 from .kernel_store import KernelStore
 from .loaded_programs import LoadedProgram, LoadedPrograms, Packed
 from .model import RobotModel
-
-MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
 
 
 class Dynamics:
@@ -37,22 +33,25 @@ class Dynamics:
 
     Results are (n,) for one state and (N, n) for a batch, in the order of `active`. Loads are all
     forces besides the actuators. If they are None, those of the description act.
+
+    Attributes:
+        programs: its programs under loads.
     """
 
     def __init__(self, model: RobotModel, kernels: KernelStore, closure: Closure) -> None:
         self._model = model
         self._kernels = kernels
         self._closure = closure
-        self._programs = LoadedPrograms(model, kernels)
+        self.programs = LoadedPrograms(model, kernels)
 
     @property
     def loads(self) -> Loads:
         """Loads of the description: all forces besides the actuators."""
-        return self._programs.described
+        return self.programs.described
 
     def pack(self, loads: Loads) -> Packed:
         """The pattern of loads, and their values as inputs of a program on one state."""
-        return self._programs.pack(loads)
+        return self.programs.pack(loads)
 
     def inverse_dynamics(
         self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
@@ -200,39 +199,6 @@ class Dynamics:
         settle(state, values, codes)
         return values["Y"]
 
-    def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:
-        """A function for integrators, which closes the loops from one nearby state.
-
-        Args:
-            state: closed state to follow from.
-            loads: loads besides the actuators; `robot.loads` if None.
-
-        Returns:
-            A function (u, u', tau) -> (u'', power [W]) of vectors (n,). The power is that of tau
-            and applied wrenches minus that of friction: the rate of energy. Results are NaN if the
-            loops do not close. It raises MassSingularityError as in `forward_dynamics`.
-        """
-        self._closure.check_state(state)
-        if loads is None:
-            loads = self.loads
-        require_type("loads", loads, Loads, "robot.loads")
-        pattern, values_of_loads = self._programs.pack(loads)
-        program, key = programs.motion(pattern), pattern.key("motion")
-
-        def motion(u: Array, du: Array, tau: Array) -> tuple[Array, float]:
-            guess = state.s + state.R @ (u - state.u)
-            inputs = {"u": u, "du": du, "tau": tau, "branch": state.signs, "guess": guess}
-            inputs |= {"gravity": loads.gravity, **values_of_loads}
-            values, code = self._kernels.run(key, program, inputs)
-            if code == GOOD:
-                return values["ddu"], float(values["power"])
-            if code == MASS_SINGULAR:
-                near = self._closure.close(u, du, near=state)
-                raise self._mass_singularity(near, np.array(True), tau, loads)
-            return np.full_like(u, np.nan), np.nan
-
-        return motion
-
     def energy(self, state: ClosedState, loads: Loads | None = None) -> Energy:
         """Kinetic energy, potential energy of gravity (zero at the base origin) and spring energy.
 
@@ -358,7 +324,7 @@ class Dynamics:
     ) -> dict[str, Array]:
         """Run a program on a state with one vector over the active coordinates."""
         if loads is None and self._closure.owns_one(state):
-            values = self._programs.one_described(key, program, state, vector)
+            values = self.programs.one_described(key, program, state, vector)
             if values is not None:
                 return values
         ((name, value),) = vector.items()
@@ -376,10 +342,10 @@ class Dynamics:
         """Run a program on a state; rows that did not close stay NaN."""
         self._closure.check_state(state)
         if loads is None:
-            loads = self._programs.described
+            loads = self.programs.described
         rows = len(state.u) if state.u.ndim == 2 else None
-        pattern, values_of_loads = self._programs.pack(loads, rows)
-        kernel, names = self._programs.kernel(key, program, pattern)
+        pattern, values_of_loads = self.programs.pack(loads, rows)
+        kernel, names = self.programs.kernel(key, program, pattern)
         inputs |= values_of_loads
         inputs |= {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s}
         inputs["gravity"] = loads.gravity

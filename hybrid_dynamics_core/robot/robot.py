@@ -26,6 +26,7 @@ from .joint_poses import JointPoses
 from .kernel_store import KernelStore
 from .kinematics import Kinematics
 from .model import RobotModel
+from .motion.motions import Motions
 from .parameters import FreeParameters, with_parameters
 from .passing import SingularPlaces, better_coordinates, with_active
 from .proofs import Certification
@@ -52,6 +53,7 @@ class Robot:
         self._closure = Closure(self._model, self._kernels)
         self._kinematics = Kinematics(self._model, self._kernels, self._closure)
         self._dynamics = Dynamics(self._model, self._kernels, self._closure)
+        self._motions = Motions(self._closure, self._dynamics)
         self._actuation = Actuation(self._model, self._closure)
         self._joint_poses = JointPoses(self._model, self._closure)
         self._parameters = FreeParameters(self._model, self._closure)
@@ -275,7 +277,8 @@ class Robot:
     minimal_form = delegate("_dynamics", Dynamics.minimal_form)
     passive_forces = delegate("_dynamics", Dynamics.passive_forces)
     regressor = delegate("_dynamics", Dynamics.regressor)
-    motion_near = delegate("_dynamics", Dynamics.motion_near)
+    motion_near = delegate("_motions", Motions.motion_near)
+    motion_steps = delegate("_motions", Motions.motion_steps)
     centroidal = delegate("_dynamics", Dynamics.centroidal)
     energy = delegate("_dynamics", Dynamics.energy)
     coriolis_matrix = delegate("_dynamics", Dynamics.coriolis_matrix)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -26,28 +24,15 @@ from .arguments import (
     sample_times,
     saturating,
 )
+from .compiled import Batch, CompiledIntegrator, anchors_of, step_of
 from .events import Event, Watch, passage_event
 from .passing.choice import CoordinateChoice
-from .passing.coordinates import Coordinates, Recorded
+from .passing.coordinates import Coordinates
 from .result import Simulation
+from .samples import Samples
 from .search import Step, first_event
-from .settings import METHODS, Settings
-from .step_bound import StepBound
-
-PLACES = 9  # least number of samples in a step: the degree of DOP853's output plus one
-
-
-class _Sample(NamedTuple):
-    """A recorded sample: time [s], y = (u, u', work), its coordinates and a closed state near it.
-
-    It also has the efforts (n,) of the simulated robot.
-    """
-
-    t: float
-    y: Array
-    coordinates: Coordinates
-    near: ClosedState
-    tau: Array
+from .settings import COMPILED, METHODS, Settings
+from .step_bound import PLACES, StepBound
 
 
 class Run:
@@ -77,12 +62,13 @@ class Run:
         self.held: Array | None = None  # tau of the present period
         self.y = np.concatenate([start.u, start.du, [0.0]])
         self.times = sample_times(span, settings.rate)
-        self.samples: list[_Sample] = []
+        self.samples = Samples()
         self.events: list[Event] = []
         self.steps = self.evaluations = 0
         self.message = "the end of the time span was reached"
         self.done = False
         self.time = span[0]
+        self.compiled = self._compiled()
         self.near_singular: _NearSingular | None = None
         if self.choice is None or not self._change_coordinates():
             Watch(robot, settings.singular).check_singularity(start)
@@ -100,23 +86,42 @@ class Run:
         self.watch = Watch(self.coordinates.robot, level)
         self.bound = StepBound(self.coordinates.robot, self.settings.max_step)
 
+    def _compiled(self) -> CompiledIntegrator | None:
+        """The integrator in compiled code, where the motion allows it."""
+        settings = self.settings
+        if settings.method != COMPILED or settings.through_change_points or self.robot.middle_turns:
+            return None
+        if callable(self.tau) and settings.hold is None:
+            return None
+        steps = self.robot.motion_steps(settings.loads)
+        if steps is None:
+            return None
+        return CompiledIntegrator(self.robot, steps, settings, self.watch, self.bound, self.span)
+
     def integrate(self, progress: Progress) -> None:
         """Integrate over the span; period by period if tau is held."""
         hold = self.settings.hold
         if hold is None:
             self._record_start()
-            self._integrate_period(*self.span, progress)
+            self._integrate_period(self.span[1], progress)
             return
         for begin, end in periods(self.span, hold):
             self.held = self._evaluate_tau(begin, self.coordinates.at_home(self.anchor))
             if not self.samples:
                 self._record_start()
-            self._integrate_period(begin, end, progress)
+            self._integrate_period(end, progress)
             if self.done:
                 return
 
-    def _integrate_period(self, begin: float, end: float, progress: Progress) -> None:
-        solver = self._solver(begin, end)
+    def _integrate_period(self, end: float, progress: Progress) -> None:
+        while self._take_compiled_steps(end):
+            progress.update(self.time - self.span[0])
+        if not self.done and self.time < end:
+            self._integrate_step_by_step(end, progress)
+
+    def _integrate_step_by_step(self, end: float, progress: Progress) -> None:
+        """Integrate with a method of SciPy."""
+        solver = self._solver(self.time, end)
         while solver.status == "running" and not self.done:
             # integrators read this before each step, LSODA only at its start
             solver.max_step = self._longest()
@@ -140,6 +145,42 @@ class Run:
             if self._recentre() or self._pass_on(step):
                 solver = self._solver(self.time, end)
             progress.update(solver.t - self.span[0])
+
+    def _take_compiled_steps(self, end: float) -> bool:
+        """Take steps in compiled code; whether it made any."""
+        tau = self.tau if self.held is None else self.held
+        if self.compiled is None or callable(tau) or self.done or self.time >= end:
+            return False
+        batch = self.compiled.advance(self.anchor, self.y, tau, (self.time, end))
+        if batch is None:
+            return False
+        steps = batch.steps
+        self.evaluations += steps.evaluations
+        self._accept_clear(batch, tau)
+        if batch.clear == steps.number:
+            return True
+        step = step_of(batch, batch.clear, self.robot)
+        if self.bound.is_too_long(self.anchor, step.states):
+            self.bound.shorten(step.times[-1] - step.times[0])
+            return True
+        self.steps += 1
+        self._accept(step)
+        return True
+
+    def _accept_clear(self, batch: Batch, tau: Array) -> None:
+        """Accept the steps of a batch that have no event."""
+        if not batch.clear:
+            return
+        steps = batch.steps
+        end = float(steps.times[batch.clear])
+        times = self.times[(self.times > self.time) & (self.times <= end)]
+        numbers = np.searchsorted(steps.times, times).astype(np.int64) - 1
+        anchors = anchors_of(steps, numbers, self.anchor)
+        self.samples.add_rows(self.coordinates, times, steps.at(numbers, times), tau, anchors)
+        self.steps += batch.clear
+        self.bound.relax(batch.clear)
+        self.time, self.y = end, steps.y[batch.clear]
+        self.coordinates.move_to(batch.end(batch.clear - 1))
 
     def _solver(self, begin: float, end: float) -> OdeSolver:
         """The integrator, from the present state."""
@@ -211,7 +252,7 @@ class Run:
         for t in self.times[within]:
             self._record(float(t), step.dense(t))
         self.y = step.dense(end)
-        if self.done and self.samples[-1].t < end:
+        if self.done and self.samples.last_time < end:
             self._record(end, self.y)
         state = step.at(end)
         self.coordinates.move_to(state)
@@ -251,7 +292,7 @@ class Run:
             return True
         self.events.append(event)
         self._stop(self.time, event.message)
-        if self.samples[-1].t < self.time:
+        if self.samples.last_time < self.time:
             self._record(self.time, self.y)
         return True
 
@@ -291,14 +332,14 @@ class Run:
         if tau is None:
             state = self._state_for_tau(*self._split(y))
             tau = self._evaluate_tau(t, state)
-        self.samples.append(_Sample(t, y, self.coordinates, self.anchor, tau))
+        self.samples.add(self.coordinates, t, y, tau, self.anchor)
 
     def _record_start(self) -> None:
         """Record the first sample."""
         tau = self.held
         if tau is None:
             tau = self._evaluate_tau(self.span[0], self.coordinates.at_home(self.anchor))
-        self.samples.append(_Sample(self.span[0], self.y, self.coordinates, self.anchor, tau))
+        self.samples.add(self.coordinates, self.span[0], self.y, tau, self.anchor)
 
     def _stop(self, time: float, message: str) -> None:
         self.done = True
@@ -313,7 +354,7 @@ class Run:
 
     def result(self) -> Simulation:
         """The recorded motion, with its states closed as batches."""
-        parts = list(self._recorded_parts())
+        parts = list(self.samples.recorded())
         state, ddu, energies = parts[0]
         if len(parts) > 1:
             state = ClosedState.joined([part.state for part in parts])
@@ -326,12 +367,12 @@ class Run:
             state = replace(state, passages=tuple(passages))
         return Simulation(
             robot=self.robot.name,
-            t=np.array([sample.t for sample in self.samples]),
+            t=self.samples.times(),
             state=state,
             ddu=ddu,
-            tau=np.array([sample.tau for sample in self.samples]),
+            tau=self.samples.efforts(),
             energy=energies,
-            work=np.array([sample.y[-1] for sample in self.samples]),
+            work=self.samples.work(),
             events=tuple(events),
             message=self.message,
             completed=not self.done,
@@ -340,12 +381,6 @@ class Run:
             names=self.robot.active,
             coordinates=self.robot.coordinates,
         )
-
-    def _recorded_parts(self) -> Iterator[Recorded]:
-        """What is recorded, by the coordinates in which it was integrated."""
-        for coordinates, samples in groupby(self.samples, key=lambda sample: sample.coordinates):
-            _, y, _, anchors, tau = zip(*samples, strict=True)
-            yield coordinates.recorded(np.array(y), anchors, np.array(tau))
 
 
 class _NearSingular(NamedTuple):

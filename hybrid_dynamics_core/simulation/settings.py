@@ -20,6 +20,7 @@ METHODS = {
     "BDF": integrate.BDF,
     "LSODA": integrate.LSODA,
 }
+COMPILED = "DOP853"  # the method that also runs in compiled code
 _POSITIVE = ("rtol", "atol", "rate", "max_step", "hold", "singular")
 
 

@@ -12,12 +12,13 @@ from .entry import Header, one_entry, path_entry, rows_entry
 from .held_entry import DECLARATIONS, held_entry
 from .sincos import sincos_functions
 from .states import one_functions, path_function, rows_function, wide_functions
+from .steps import StepsFunction, slope_function, steps_entry
 from .text import declarations
 from .xla_entry import xla_32_entry, xla_one_entry, xla_rows_entry
 
 # for one state, for rows side by side, and for rows that each start from the previous one; the same
-# two for XLA, and rows of 32 bits for XLA
-Form = Literal["one", "rows", "path", "xla_one", "xla_rows", "xla_32"]
+# two for XLA, and rows of 32 bits for XLA; steps of an integrator
+Form = Literal["one", "rows", "path", "xla_one", "xla_rows", "xla_32", "steps"]
 
 
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
@@ -38,6 +39,9 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
         parts += [*one_functions(trace), xla_one_entry(trace)]
     elif form == "xla_32":
         parts += [*one_functions(trace), xla_32_entry(trace)]
+    elif form == "steps":
+        parts += [*one_functions(trace), slope_function(trace), StepsFunction(trace).text()]
+        parts.append(steps_entry(trace, header))
     elif form == "path":
         parts += [*one_functions(trace), path_function(trace), path_entry(trace, header)]
     else:

@@ -48,6 +48,11 @@ class BoundKernel(Kernel):
         """Rows that each start from the previous one."""
         return self._holding(self._shared.path)
 
+    @property
+    def can_step(self) -> bool:
+        """Whether there is compiled code of steps: its arguments have no place for the input."""
+        return False
+
     @lazy
     def facts(self) -> dict[str, Any]:
         """Facts of the program."""

@@ -6,7 +6,6 @@ it is evaluated at places on both sides, which differ from u along the motion, a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +19,7 @@ from ...dynamics.energy import Energy
 from ...ground.arrays import Array
 from ...robot.robot import Robot
 from ..search import Step, bisected
+from .anchors import Anchors
 from .coordinates import Coordinates, Recorded
 
 TINY = 1e-12
@@ -272,7 +272,7 @@ class AcrossPlace(Coordinates):
     def recorded(
         self,
         y: Array,
-        _anchors: Sequence[ClosedState],
+        _anchors: Anchors,
         tau: Array,
     ) -> Recorded:
         """What is recorded of samples."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +13,7 @@ from ...dynamics.loads import Loads
 from ...ground.arrays import Array
 from ...robot.robot import Robot
 from ..search import Step
+from .anchors import Anchors
 
 
 class Recorded(NamedTuple):
@@ -104,14 +103,14 @@ class Coordinates:
     def recorded(
         self,
         y: Array,
-        anchors: Sequence[ClosedState],
+        anchors: Anchors,
         tau: Array,
     ) -> Recorded:
         """What is recorded of samples.
 
         Args:
             y: u, u' and work of the samples (N, 2 n + 1).
-            anchors: closed state to follow each sample from.
+            anchors: closed configuration to follow each sample from.
             tau: efforts (N, n) of the simulated robot.
         """
         state = self.closed(y, anchors)
@@ -121,14 +120,8 @@ class Coordinates:
     def closed(
         self,
         y: Array,
-        anchors: Sequence[ClosedState],
+        anchors: Anchors,
     ) -> ClosedState:
         """The states of samples, as a batch of these coordinates."""
         n = len(self.anchor.u)
-        s = np.array([anchor.s for anchor in anchors])
-        R = np.array([anchor.R for anchor in anchors])
-        signs = np.array([anchor.signs for anchor in anchors])
-        if (signs == signs[0]).all():
-            signs = anchors[0].signs
-        near = replace(anchors[0], s=s, R=R, signs=signs)
-        return self.robot.close(y[:, :n], y[:, n : 2 * n], near=near)
+        return self.robot.close(y[:, :n], y[:, n : 2 * n], near=anchors.as_near(self.anchor))

@@ -7,7 +7,6 @@ work gives the efforts along v: P^T tau.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -19,6 +18,7 @@ from ...dynamics.loads import JointEffects, Loads
 from ...ground.arrays import Array
 from ...robot.robot import Robot
 from ..search import Step, bisected
+from .anchors import Anchors
 from .coordinates import Coordinates, Recorded
 
 
@@ -195,7 +195,7 @@ class OtherCoordinates(Coordinates):
     def recorded(
         self,
         y: Array,
-        anchors: Sequence[ClosedState],
+        anchors: Anchors,
         tau: Array,
     ) -> Recorded:
         """What is recorded of samples."""
