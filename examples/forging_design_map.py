@@ -72,9 +72,7 @@ def plot(results: dict[str, np.ndarray], path: str) -> None:
             lines = axes.contour(x, y, values, levels=levels, colors=BLUE, linewidths=1.0)
             axes.clabel(lines, manual=label_places(lines.allsegs))
             for row, colour in ((paper, INK), (best, RED)):
-                axes.plot(
-                    results["L1"][row], results["b2"][row], "o", color=colour, clip_on=False
-                )
+                axes.plot(results["L1"][row], results["b2"][row], "o", color=colour, clip_on=False)
             axes.set(xlabel="column to pivot, L1 [m]", ylabel="elbow to pin, b2 [m]")
             entitled(axes, title)
         keys = [

@@ -18,7 +18,7 @@ from .settings import Settings
 from .step_bound import LONGEST, PLACES, StepBound
 
 FIRST = 1e-3  # the first step to try, as a share of the span
-FEWEST, MOST = 4, 256  # steps at once
+FEWEST, MOST = 16, 256  # steps at once
 DIP = 2.0  # a margin above so many of its changes between places has no zero between them
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ..closed_state.state import ClosedState
 from ..errors import InputError
 from ..ground.progress import Progress
+from ..robot.robot import Robot
 from ..robot.taken import AnyRobot, robot_of
 from .arguments import Efforts, check_order, check_takes
 from .result import Simulation
@@ -31,8 +32,8 @@ def simulate(
 
     Args:
         robot: the model, or its description.
-        u: (n,) active coordinates [rad or m], or a ClosedState.
-        du: (n,) active rates [rad/s or m/s]; zero if None.
+        u: (n,) active coordinates [rad or m], or a ClosedState with its rates.
+        du: (n,) active rates [rad/s or m/s]; zero if None, and None with a ClosedState.
         tau: efforts [N m or N]: None for zero, a constant (n,), or a function of time [s] and
             ClosedState that returns (n,). The function must be free of memory, unless
             `settings.hold` is given: then it is called once a period, in order.
@@ -52,7 +53,7 @@ def simulate(
         settings = Settings()
     check_order(du, tau, t_span, settings)
     span = checked_span(t_span)
-    start = u if isinstance(u, ClosedState) else robot.close(u, du)
+    start = _start(robot, u, du)
     if start.u.ndim != 1:
         raise InputError("a simulation starts from one state, not from a batch")
     if callable(tau):
@@ -62,3 +63,11 @@ def simulate(
     with Progress(f"simulating {robot.name}", duration, settings.progress) as progress:
         run.integrate(progress)
     return run.result()
+
+
+def _start(robot: Robot, u: ArrayLike | ClosedState, du: ArrayLike | None) -> ClosedState:
+    if not isinstance(u, ClosedState):
+        return robot.close(u, du)
+    if du is not None:
+        raise InputError("du: the closed state has rates; give active coordinates, or no du")
+    return u
