@@ -11,7 +11,6 @@ from scipy.integrate import DenseOutput, OdeSolver
 
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..dynamics.energy import Energy
-from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arrays import finite_vectors
 from ..ground.progress import Progress
@@ -26,7 +25,7 @@ from .arguments import (
 )
 from .compiled import Batch, CompiledIntegrator, anchors_of, step_of
 from .events import Event, Watch, passage_event
-from .passing.choice import CoordinateChoice
+from .passing.choice import CoordinateChoice, require_fixed_charts
 from .passing.coordinates import Coordinates
 from .result import Simulation
 from .samples import Samples
@@ -52,7 +51,7 @@ class Run:
         self.coordinates = Coordinates(robot, start, settings.loads)
         self.choice: CoordinateChoice | None = None
         if settings.through_change_points:
-            _require_fixed_charts(robot)
+            require_fixed_charts(robot)
             self.choice = CoordinateChoice(robot, settings.loads, settings.singular)
         self._watch_coordinates()
         self.watch.check_limits(start)
@@ -393,12 +392,3 @@ class _NearSingular(NamedTuple):
 
     event: Event
     level: float
-
-
-def _require_fixed_charts(robot: Robot) -> None:
-    """Raise InputError for robots whose angles change their chart on the way."""
-    if robot.middle_turns:
-        raise InputError(
-            "through_change_points: this robot has ball or free joints, whose angles change their"
-            " chart on the way; expected a robot without them"
-        )

@@ -19,6 +19,7 @@ from hybrid_dynamics_core.robot.joint_poses import JointPoses
 from hybrid_dynamics_core.robot.kernel_store import KernelStore
 from hybrid_dynamics_core.robot.kinematics import Kinematics
 from hybrid_dynamics_core.robot.model import RobotModel
+from hybrid_dynamics_core.robot.motion.motions import Motions
 from hybrid_dynamics_core.robot.parameters import FreeParameters
 from hybrid_dynamics_core.robot.proofs import Certification
 
@@ -33,6 +34,7 @@ PARTS = (
     RobotKernels,
     FreeParameters,
     Certification,
+    Motions,
 )
 U = np.array([0.3, 0.15, 0.175, 0.4])
 DU = np.array([0.1, 0.02, -0.03, 0.2])

@@ -7,7 +7,7 @@ import numpy as np
 from ...closed_state.passages.crossing import PassageKind
 from ...closed_state.state import ClosedState, ClosureStatus
 from ...dynamics.loads import Loads
-from ...errors import DescriptionError, StateError
+from ...errors import DescriptionError, InputError, StateError
 from ...ground.arrays import Array
 from ...robot.robot import Robot
 from .across import AcrossPlace
@@ -164,3 +164,12 @@ class CoordinateChoice:
             return None
         across = AcrossPlace(coordinates, crossing)
         return across if across.is_inside(state.u) else None
+
+
+def require_fixed_charts(robot: Robot) -> None:
+    """Raise InputError for robots whose angles change their chart on the way."""
+    if robot.middle_turns:
+        raise InputError(
+            "through_change_points: this robot has ball or free joints, whose angles change their"
+            " chart on the way; expected a robot without them"
+        )
