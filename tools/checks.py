@@ -272,7 +272,6 @@ def colcon(run: Commands) -> Task:
 def ubuntu(folder: Path) -> Task:
     """The core beside the libraries of Ubuntu 24.04, in an environment of its own."""
     python = str(folder / "ubuntu" / "bin" / "python")
-    pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     # one search of poses takes minutes without a compiler; it runs with one among the tests
     slow = (
         "tests/core/test_closed_form_ik.py::"
@@ -280,7 +279,7 @@ def ubuntu(folder: Path) -> Task:
     )
     commands = [
         [sys.executable, "-m", "venv", str(folder / "ubuntu")],
-        [*pip, *UBUNTU],
+        [python, "tools/installer.py", *UBUNTU],
         [python, "-m", "pytest", "-q", "tests/core", "tests/published", "--deselect", slow],
     ]
     return Task("the core with NumPy 1.26 and SciPy 1.11", commands)

@@ -1,5 +1,9 @@
 """Install with uv, which takes a third of the time that pip takes; with pip where uv fails.
 
+python tools/installer.py DISTRIBUTION...
+
+The command installs into the environment of its Python. Other tools take what it is made of.
+
 uv is itself installed by pip. It reads no settings of pip, so those that say where packages come
 from are handed to it. With any other setting of pip, pip installs.
 """
@@ -11,6 +15,8 @@ import sys
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+
+from watched_process import Process
 
 PIP = [sys.executable, "-m", "pip"]
 # pip would take up to a minute to remove what it built with, in silence.
@@ -107,3 +113,11 @@ def environment() -> dict[str, str]:
     # Modules are compiled when they are first imported, which most never are. This counts for the
     # environments that pip makes to build in, too.
     return {**(uv_settings() or {}), **os.environ, "PIP_COMPILE": "0"}
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    log = Path(sys.prefix, "hybrid_dynamics_setup.log")
+    installing = Process(install_commands(sys.argv[1:]), log, environment())
+    installing.finish(f"Installing {', '.join(sys.argv[1:])}")

@@ -108,7 +108,7 @@ def test_the_stream_is_the_observer_of_the_library(excavator, digging):
             assert message[-48:] == force.wrench[0].tobytes()
 
 
-@examples(24, deadline=None)
+@examples(12, deadline=None)
 @given(
     start=st.integers(0, 60),
     missing=st.sets(st.integers(60, 200), max_size=3),

@@ -65,7 +65,7 @@ def test_a_pose_that_the_platform_cannot_have_is_told(robot: Robot) -> None:
     assert np.isfinite(result.residual)
 
 
-@examples(8)
+@examples(4)  # a robot of its own each, whose programs are traced
 @given(data=st.data(), frames=st.integers(0, 10**6))
 def test_it_does_not_depend_on_where_frames_stand(
     robot: Robot, data: st.DataObject, frames: int

@@ -58,6 +58,7 @@ RUN_ALONE = [page for page in PAGES if page not in CHECKED and any(blocks_of(pag
 LONG = (  # some seconds of commands
     "docs/bags.md",
     "docs/cylinders.md",
+    "docs/design_procedure.md",
     "docs/first_ten_minutes.md",
     "docs/in_your_controller.md",
     "docs/install.md",
@@ -65,6 +66,7 @@ LONG = (  # some seconds of commands
     "docs/own_robot.md",
     "docs/papers.md",
     "docs/robots.md",
+    "docs/tolerances.md",
 )
 
 
