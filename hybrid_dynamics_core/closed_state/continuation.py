@@ -45,6 +45,12 @@ class Start(NamedTuple):
     s: Array
     velocity_map: Array
 
+    @property
+    def flat(self) -> tuple[Array, Array]:
+        """All coordinates (..., n_s), and R row by row (..., n_s * n), as programs take them."""
+        start_map = self.velocity_map.reshape(*self.s.shape[:-1], -1)
+        return self.s, start_map
+
     def rows(self, rows: Rows) -> Start:
         """The starts of some rows; the same start if it is common to all rows."""
         if self.s.ndim == 1:

@@ -1,9 +1,8 @@
 """A cache on disk: facts (plain data, JSON) and code (bytes) by key.
 
 An entry is a file named by its key, a digest of all that the entry was made from. It contains the
-key and a checksum. A truncated, damaged or renamed entry counts as missing. Entries are written to
-a temporary file and renamed, so any number of processes may start at once. Only the user may have
-access to the folder.
+key and a checksum. A truncated, damaged or renamed entry counts as missing. So entries need not be
+durable. Any number of processes may start at once. Only the user may have access to the folder.
 
 `HYBRID_DYNAMICS_CACHE` names another folder, or is `off`.
 """
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from ..ground.regular_files import open_regular
+from ..ground.whole_files import replaced_whole
 
 VARIABLE = "HYBRID_DYNAMICS_CACHE"
 MAX_ENTRIES = 10_000  # of some 20 kB each; beyond some more the oldest tenth is removed
@@ -122,14 +122,8 @@ def write(key: str, entry: Entry) -> None:
     if place is None:
         return
     with contextlib.suppress(OSError):
-        handle, name = tempfile.mkstemp(prefix=key[:16], suffix=".new", dir=place)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(_pack(key, entry))
-            Path(name).replace(place / (key + _SUFFIX))
-        except OSError:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with replaced_whole(place / (key + _SUFFIX)) as new:
+            new.write_bytes(_pack(key, entry))
         # Listing thousands of files takes longer than writing one.
         if next(_writes) % max(1, MAX_ENTRIES // 100) == 0:
             _prune(place)

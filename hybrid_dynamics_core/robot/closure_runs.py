@@ -70,7 +70,7 @@ class QuickClosure:
         self._signs = signs
         self._reference: tuple[Array, ...]
         if isinstance(start, Start):
-            self._reference = (start.s, start.velocity_map.reshape(-1))
+            self._reference = start.flat
         else:
             self._reference = (start,)
 
@@ -81,7 +81,7 @@ class QuickClosure:
         if near is None:
             kernel, signs, start = self._from_reference, self._signs, self._reference
         elif self._is_start(near):
-            kernel, signs, start = self._step, near.signs, (near.s, near.R.reshape(-1))
+            kernel, signs, start = self._step, near.signs, Start(near.s, near.R).flat
         else:
             return None
         outs = kernel.new_outs()
@@ -168,5 +168,5 @@ class QuickClosure:
 
 def start_inputs(start: Start) -> dict[str, Array]:
     """A start as inputs of programs."""
-    s, velocity_map = start
-    return {"start": s, "start_map": velocity_map.reshape(*s.shape[:-1], -1)}
+    s, start_map = start.flat
+    return {"start": s, "start_map": start_map}

@@ -70,8 +70,7 @@ class CompiledCall:
         n_s, n = len(self._closure.model.coordinates), len(self._active)
         reference = np.empty(n_s), np.empty(n_s * n)
         if self._closure.is_followed:
-            start = self._closure.reference_start
-            reference = start.s, start.velocity_map.reshape(-1)
+            reference = self._closure.reference_start.flat
         signature = Signature(
             inputs=self._names,
             given=self._of_state,

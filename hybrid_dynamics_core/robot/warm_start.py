@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..closed_state.continuation import Start
 from ..closed_state.state import ClosedState
 from ..errors import InputError
 from ..ground.arrays import Array
@@ -37,14 +38,15 @@ class WarmStart:
 
     def move_to(self, state: ClosedState) -> None:
         """Set the start to a closed state; of a batch, to its last row."""
-        s, velocity_map, signs = state.s, state.R, state.signs
+        s, start_map = Start(state.s, state.R).flat
         if s.ndim == 2:
-            s, velocity_map = s[-1], velocity_map[-1]
+            s, start_map = s[-1], start_map[-1]
+        signs = state.signs
         if signs.ndim == 2:
             signs = signs[-1]
         self.signs: Array = signs
         self.s: Array = s.copy()
-        self.start_map: Array = velocity_map.reshape(-1).copy()
+        self.start_map: Array = start_map.copy()
 
     def state(self, closure: Closure) -> ClosedState:
         """The closed state of the configuration, at rest."""

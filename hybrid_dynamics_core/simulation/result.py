@@ -19,6 +19,7 @@ from ..closed_state.state import ClosedState
 from ..dynamics.energy import Energy
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..ground.whole_files import replaced_whole
 from .events import Event
 
 FORMAT = 3
@@ -144,10 +145,8 @@ class Simulation:
             raise InputError(
                 f"{target.name} ends in '{target.suffix}'; expected {' or '.join(writers)}"
             )
-        aside = target.with_name(f".{target.name}.part")
-        with aside.open("wb") as file:
+        with replaced_whole(target) as new, new.open("wb") as file:
             writers[target.suffix](file)
-        aside.replace(target)
 
     def _write_csv(self, file: BinaryIO) -> None:
         columns, rows = self.table()

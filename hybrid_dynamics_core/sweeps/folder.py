@@ -1,25 +1,22 @@
 """The folder of a study: what it is, and a file for each chunk that is done.
 
-Files are written under another name and then renamed, so a file that is there is whole. Its name
-has the digest of the study, so that it is of no other.
+A file that is there is whole. Its name has the digest of the study, so that it is of no other.
 """
 
 from __future__ import annotations
 
 import csv
 import json
-import os
-import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, Final, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
 from ..errors import InputError, MissingPackageError
 from ..ground.suggestions import suggestion
+from ..ground.whole_files import replaced_whole
 from .study import Column, Study, described
 
 Format = Literal["csv", "parquet"]
@@ -79,7 +76,7 @@ class StudyFolder:
             for old in self.path.glob("part-*"):
                 old.unlink()
             (self.path / TABLE).unlink(missing_ok=True)
-        write_atomically(self.path / STUDY, content)
+        _write(self.path / STUDY, content)
 
     def part(self, chunk: int) -> Path:
         """The file of a chunk."""
@@ -98,13 +95,13 @@ class StudyFolder:
 
     def write(self, chunk: int, columns: Columns) -> None:
         """Write the file of a chunk."""
-        write_atomically(self.part(chunk), _WRITERS[self.format](columns))
+        _write(self.part(chunk), _WRITERS[self.format](columns))
 
     def join(self, chunks: int) -> None:
         """Join all files of CSV to one table."""
         if self.format != "csv":
             return
-        with atomic_file(self.path / TABLE) as file:
+        with replaced_whole(self.path / TABLE, is_durable=True) as new, new.open("wb") as file:
             for chunk in range(chunks):
                 header, _, rows = self.part(chunk).read_bytes().partition(b"\n")
                 if not chunk:
@@ -145,25 +142,9 @@ def _read_part(file: Path, suffix: Format) -> dict[str, Column]:
         ) from error
 
 
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file that is whole whenever it is there."""
-    with atomic_file(path) as file:
-        file.write(content)
-
-
-@contextmanager
-def atomic_file(path: Path) -> Iterator[IO[bytes]]:
-    """A new file that takes its place when it is whole; if that fails, nothing is left of it."""
-    handle, name = tempfile.mkstemp(prefix=path.name, suffix=".new", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+def _write(path: Path, content: bytes) -> None:
+    with replaced_whole(path, is_durable=True) as new:
+        new.write_bytes(content)
 
 
 def _require_same(place: Path, content: Mapping[str, Any], *, overwrite: bool) -> None:

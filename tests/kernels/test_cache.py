@@ -247,7 +247,7 @@ def test_many_processes_may_start_at_once(folder: Path) -> None:
     assert all(process.returncode == 0 for process in started)
     assert len(answers) == 1
     assert len(entries(folder)) == 4  # for one state and for rows: facts, and code
-    assert not list(folder.glob("*.new"))
+    assert not list(folder.glob(".*"))
     assert (
         subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout
         in answers

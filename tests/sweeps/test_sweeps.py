@@ -182,7 +182,7 @@ def test_a_stopped_study_goes_on_to_the_same_bits(tmp_path: Path, file_format: s
     before = {path.name: path.read_bytes() for path in parts}
     for path in parts[1:4:2]:
         path.unlink()
-    (tmp_path / "one" / f"{parts[1].name}abc.new").write_bytes(b"half a file")
+    (tmp_path / "one" / f".abc.{parts[1].name}").write_bytes(b"half a file")
     again = sweep_into(study(), tmp_path / "one", file_format=file_format)
     assert again.computed == 50
     assert {path.name: path.read_bytes() for path in parts} == before

@@ -12,11 +12,14 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from ...closed_state.continuation import Start
 from ...closed_state.state import ClosedState
 from ...dynamics.loads import Loads
 from ...errors import InputError
+from ...ground.arrays import Array
 from ...ground.lazy import lazy
 from ..closure import Closure
+from ..closure_runs import start_inputs
 from ..dynamics import Dynamics
 from .calls import CALL_BY_NAME, CallTracer
 
@@ -124,18 +127,20 @@ class CasadiCalls:
         return casadi_functions.function(traced, f"f_{title}", names, self._constants())
 
     def _constants(self) -> dict[str, list[float]]:
-        """Gravity (3) [m/s^2], and what loops start from: `start` and `start_map`, or `guess`."""
+        """Gravity (3) [m/s^2], and the start or guess of the loops, by name of the input."""
         constants = {"gravity": list(self._loads.gravity)}
-        if self._state is not None:
-            constants["start"] = constants["guess"] = self._state.s.tolist()
-            constants["start_map"] = self._state.R.reshape(-1).tolist()
-        elif self._closure.is_followed:
-            reference = self._closure.reference_start
-            constants["start"] = reference.s.tolist()
-            constants["start_map"] = reference.velocity_map.reshape(-1).tolist()
-        else:
-            constants["guess"] = self._closure.start.tolist()
+        for name, array in self._start_inputs().items():
+            constants[name] = array.tolist()
         return constants
+
+    def _start_inputs(self) -> dict[str, Array]:
+        """Start of loops that are followed, guess (n_s,) for those with closed forms."""
+        state = self._state
+        if not self._closure.is_followed:
+            return {"guess": self._closure.start if state is None else state.s}
+        if state is None:
+            return start_inputs(self._closure.reference_start)
+        return start_inputs(Start(state.s, state.R))
 
     @lazy
     def _tracer(self) -> CallTracer:

@@ -128,8 +128,7 @@ class FunctionCalls(ABC):
     def start(self) -> Start:
         """The reference configuration."""
         if self._closure.is_followed:
-            reference = self._closure.reference_start
-            return Start(reference.s, reference.velocity_map.reshape(-1))
+            return Start(*self._closure.reference_start.flat)
         n_s, n = len(self._closure.model.coordinates), len(self._closure.model.active)
         return Start(self._closure.start, np.zeros(n_s * n))  # closed forms need no R
 

@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from hybrid_dynamics_core.ground.whole_files import replaced_whole
+
 from .figures import closure, efforts, energy, margins, sampling, trajectories
 from .html_page import page, quiet, warning, wide
 from .plotting import Draw, svg_of
@@ -90,9 +92,8 @@ def report(recording: EvaluatedRecording, title: str) -> str:
 
 def write_report(recording: EvaluatedRecording, title: str, path: Path) -> None:
     """Write the report; the file appears only when it is complete."""
-    aside = path.with_name(f".{path.name}.part")
-    aside.write_text(report(recording, title), encoding="utf-8")
-    aside.replace(path)
+    with replaced_whole(path) as new:
+        new.write_text(report(recording, title), encoding="utf-8")
 
 
 def _sections(recording: EvaluatedRecording) -> list[_Section]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from hybrid_dynamics_core.ground.progress import Progress
 from hybrid_dynamics_core.ground.suggestions import suggestion
+from hybrid_dynamics_core.ground.whole_files import replaced_whole
 
 from ...messages.cdr import NS
 from ..errors import BagCallError, BagError
@@ -114,9 +115,8 @@ def export(
     target.mkdir(parents=True, exist_ok=True)
     for name, columns in tables.items():
         file = table_file(target, name, kind)
-        aside = file.with_name(f".{file.name}.part")
-        _WRITERS[kind](aside, columns)
-        aside.replace(file)
+        with replaced_whole(file) as new:
+            _WRITERS[kind](new, columns)
     return {name: len(columns[_LOG_TIME]) for name, columns in tables.items()}, losses
 
 

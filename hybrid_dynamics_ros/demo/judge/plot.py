@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -14,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.ground.whole_files import replaced_whole
 from hybrid_dynamics_core.scene.style import BLUE, GREEN, ORANGE, PANES, PURPLE, QUIET, RED, STYLE
 
 from .path_plot import draw_path
@@ -136,10 +136,5 @@ def _label_time(axes: Axes, time: NDArray[Any]) -> None:
 
 
 def _save(figure: Figure, path: Path, **options: Any) -> None:
-    """Write to a temporary file and rename, so that no partial figure is left."""
-    aside = path.with_name(f".{os.getpid()}.{path.name}")
-    try:
-        figure.savefig(aside, **options)
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)
+    with replaced_whole(path) as new:
+        figure.savefig(new, **options)
