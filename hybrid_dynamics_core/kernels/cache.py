@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..ground.atomic_files import atomic_file
 from ..ground.regular_files import open_regular
-from ..ground.whole_files import replaced_whole
 
 VARIABLE = "HYBRID_DYNAMICS_CACHE"
 MAX_ENTRIES = 10_000  # of some 20 kB each; beyond some more the oldest tenth is removed
@@ -122,7 +122,7 @@ def write(key: str, entry: Entry) -> None:
     if place is None:
         return
     with contextlib.suppress(OSError):
-        with replaced_whole(place / (key + _SUFFIX)) as new:
+        with atomic_file(place / (key + _SUFFIX)) as new:
             new.write_bytes(_pack(key, entry))
         # Listing thousands of files takes longer than writing one.
         if next(_writes) % max(1, MAX_ENTRIES // 100) == 0:

@@ -19,7 +19,7 @@ from ..closed_state.state import ClosedState
 from ..dynamics.energy import Energy
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.whole_files import replaced_whole
+from ..ground.atomic_files import atomic_file
 from .events import Event
 
 FORMAT = 3
@@ -145,7 +145,7 @@ class Simulation:
             raise InputError(
                 f"{target.name} ends in '{target.suffix}'; expected {' or '.join(writers)}"
             )
-        with replaced_whole(target) as new, new.open("wb") as file:
+        with atomic_file(target) as new, new.open("wb") as file:
             writers[target.suffix](file)
 
     def _write_csv(self, file: BinaryIO) -> None:

@@ -15,8 +15,8 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 
 from ..errors import InputError, MissingPackageError
+from ..ground.atomic_files import atomic_file
 from ..ground.suggestions import suggestion
-from ..ground.whole_files import replaced_whole
 from .study import Column, Study, described
 
 Format = Literal["csv", "parquet"]
@@ -101,7 +101,7 @@ class StudyFolder:
         """Join all files of CSV to one table."""
         if self.format != "csv":
             return
-        with replaced_whole(self.path / TABLE, is_durable=True) as new, new.open("wb") as file:
+        with atomic_file(self.path / TABLE, is_durable=True) as new, new.open("wb") as file:
             for chunk in range(chunks):
                 header, _, rows = self.part(chunk).read_bytes().partition(b"\n")
                 if not chunk:
@@ -143,7 +143,7 @@ def _read_part(file: Path, suffix: Format) -> dict[str, Column]:
 
 
 def _write(path: Path, content: bytes) -> None:
-    with replaced_whole(path, is_durable=True) as new:
+    with atomic_file(path, is_durable=True) as new:
         new.write_bytes(content)
 
 

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from hybrid_dynamics_core.ground.whole_files import replaced_whole
+from hybrid_dynamics_core.ground.atomic_files import atomic_file
 
 from .figures import closure, efforts, energy, margins, sampling, trajectories
 from .html_page import page, quiet, warning, wide
@@ -92,7 +92,7 @@ def report(recording: EvaluatedRecording, title: str) -> str:
 
 def write_report(recording: EvaluatedRecording, title: str, path: Path) -> None:
     """Write the report; the file appears only when it is complete."""
-    with replaced_whole(path) as new:
+    with atomic_file(path) as new:
         new.write_text(report(recording, title), encoding="utf-8")
 
 

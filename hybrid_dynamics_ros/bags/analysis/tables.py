@@ -10,9 +10,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from hybrid_dynamics_core.ground.atomic_files import atomic_file
 from hybrid_dynamics_core.ground.progress import Progress
 from hybrid_dynamics_core.ground.suggestions import suggestion
-from hybrid_dynamics_core.ground.whole_files import replaced_whole
 
 from ...messages.cdr import NS
 from ..errors import BagCallError, BagError
@@ -115,7 +115,7 @@ def export(
     target.mkdir(parents=True, exist_ok=True)
     for name, columns in tables.items():
         file = table_file(target, name, kind)
-        with replaced_whole(file) as new:
+        with atomic_file(file) as new:
             _WRITERS[kind](new, columns)
     return {name: len(columns[_LOG_TIME]) for name, columns in tables.items()}, losses
 

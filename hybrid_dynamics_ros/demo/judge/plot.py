@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.whole_files import replaced_whole
+from hybrid_dynamics_core.ground.atomic_files import atomic_file
 from hybrid_dynamics_core.scene.style import BLUE, GREEN, ORANGE, PANES, PURPLE, QUIET, RED, STYLE
 
 from .path_plot import draw_path
@@ -136,5 +136,5 @@ def _label_time(axes: Axes, time: NDArray[Any]) -> None:
 
 
 def _save(figure: Figure, path: Path, **options: Any) -> None:
-    with replaced_whole(path) as new:
+    with atomic_file(path) as new:
         figure.savefig(new, **options)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 @contextmanager
-def replaced_whole(path: Path, *, is_durable: bool = False) -> Iterator[Path]:
+def atomic_file(path: Path, *, is_durable: bool = False) -> Iterator[Path]:
     """A new file beside another one, which takes its place at the end of the block.
 
     If the block raises, nothing is left of the new file, and the other one stays as it was. Any
