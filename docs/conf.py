@@ -64,11 +64,15 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
     ("py:.*", r"(.*\.)?(Kernel|Link|Transform|(parameters\.changed|other_coordinates)\.R)"),
     (
         "py:.*",
-        r"(.*\.)?(Curve|Machine|Ramp|Recipe|Row|SingularPlaces|Space|retiming\.curve\.Trajectory)",
+        r"(.*\.)?(Curve|Ramp|Recipe|Row|SingularPlaces|Space|retiming\.curve\.Trajectory)",
     ),
     (
         "py:.*",
-        r"(.*\.)?(AppliedWrench|Later|LiftingMachine|Motion|NoDescriptionError|UnlimitedError|Viewer)",
+        r"(.*\.)?(AppliedWrench|Later|Motion|NoDescriptionError|UnlimitedError|Viewer)",
+    ),
+    (
+        "py:.*",
+        r"(.*\.)?(Capable|Driven|Elastic|Lifting|Limited|Retimed)Robot",
     ),
     ("py:.*", r"np\.ndarray"),
 ]

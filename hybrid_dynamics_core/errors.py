@@ -45,7 +45,7 @@ class UndecidedModeError(DescriptionError):
 
     Attributes:
         loop: name of the loop.
-        modes: possible values of ``assembly``.
+        modes: possible values of `assembly`.
     """
 
     def __init__(self, error: DescriptionError, *, loop: str, modes: tuple[str, ...]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, InputError, Loads, Robot
+from hybrid_dynamics_core.formats.tables import table_of
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.retiming import JerkLimitedMotion, MotionPoint, TimedMotion
@@ -105,28 +105,21 @@ def _path(machine: Robot, start: str | None, end: str | None, points: str | None
 
 
 def read_points(machine: Robot, file: Path) -> Array:
-    """Points (N, n) of a CSV file with a header.
+    """Points (N, n) of a CSV file with a header, whose names may have units [rad, m].
 
     Raises:
-        InputError: a column is missing or unknown, or an entry is no number.
+        InputError: a column is missing or unknown, or a cell is empty or no number.
     """
-    with file.open(newline="", encoding="utf-8") as lines:
-        rows = list(csv.reader(lines))
-    if not rows:
-        raise InputError(f"{file} is empty; expected a header and a row for each point")
-    header = [name.strip() for name in rows[0]]
-    names = [name for name in header if name != "time"]
+    units = {"time": ["s"]}
+    for name in machine.active:
+        units[name] = [coordinate_unit(machine.joint_types[name])]
+    points = table_of(file, lambda name: units.get(name, []))
+    names = [name for name in points.columns if name != "time"]
     if sorted(names) != sorted(machine.active):
+        listed = ", ".join(points.columns)
         expected = ", ".join(machine.active)
-        raise InputError(f"{file}:1: the columns are {', '.join(header)}; expected {expected}")
-    points: list[list[float]] = []
-    for line, row in enumerate(rows[1:], start=2):
-        try:
-            values = dict(zip(header, map(float, row), strict=True))
-        except ValueError as error:
-            raise InputError(f"{file}:{line}: {error}; expected {len(header)} numbers") from error
-        points.append([values[name] for name in machine.active])
-    return np.array(points)
+        raise InputError(f"{file}: the columns are {listed}; expected {expected}")
+    return points.rows(machine.active)
 
 
 def facts(machine: Robot, motion: Motion) -> dict[str, Any]:

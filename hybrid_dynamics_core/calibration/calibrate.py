@@ -14,8 +14,8 @@ from ..ground.arrays import Array
 from ..ground.file_options import PathText
 from .adjustable import AdjustableRobot
 from .fit import Fitted, Fitter
+from .free_robot import FreeRobot
 from .loop_choices import with_general_bars
-from .machine import Machine
 from .noise import Sigma, noise_of, rms
 from .observations import WEIGHT, Observations, OpenRowsError, observe
 from .outlying import LOSSES, Loss, outliers_of, without_outliers
@@ -63,15 +63,15 @@ def calibrate(
     if loss not in LOSSES:
         raise InputError(f"loss: is {loss!r}; expected one of {', '.join(LOSSES)}")
     adjustable = AdjustableRobot(robot)
-    machine = Machine(adjustable, adjustable.parameters(names_of(free)))
+    free_robot = FreeRobot(adjustable, adjustable.parameters(names_of(free)))
     table = table_of(data)
     try:
-        fit = _fitted(observe(machine, table), machine, sigma, loss)
-        return _Results(machine, fit, fit.fitter.first.differences).calibration()
+        fit = _fitted(observe(free_robot, table), free_robot, sigma, loss)
+        return _Results(free_robot, fit, fit.fitter.first.differences).calibration()
     except OpenRowsError as error:
         if len(error.rows) > MOST_OPEN * len(table.lines):
             raise
-        return _with_open_rows(machine, table, error, sigma, loss)
+        return _with_open_rows(free_robot, table, error, sigma, loss)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +83,9 @@ class _Fit:
     fitted: Fitted
 
 
-def _fitted(observations: Observations, machine: Machine, sigma: Sigma, loss: Loss) -> _Fit:
+def _fitted(observations: Observations, free_robot: FreeRobot, sigma: Sigma, loss: Loss) -> _Fit:
     """The fit to observations."""
-    sensitivity = Sensitivity(machine, observations)
+    sensitivity = Sensitivity(free_robot, observations)
     fitter = Fitter(sensitivity, row_weights(observations.table))
     noise = noise_of(observations.quantities, sigma, fitter.first.differences)
     fitted = fitter.settled(fitter.first_fit(noise))
@@ -95,21 +95,21 @@ def _fitted(observations: Observations, machine: Machine, sigma: Sigma, loss: Lo
 
 
 def _with_open_rows(
-    machine: Machine, table: Table, error: OpenRowsError, sigma: Sigma, loss: Loss
+    free_robot: FreeRobot, table: Table, error: OpenRowsError, sigma: Sigma, loss: Loss
 ) -> Calibration:
     """The calibration where some rows close with the estimates only, as near a dead centre.
 
     Raises:
         OpenRowsError: they do not close with the estimates of the other rows either.
     """
-    others = _fitted(observe(machine, table.without(error.rows)), machine, sigma, loss)
+    others = _fitted(observe(free_robot, table.without(error.rows)), free_robot, sigma, loss)
     values = others.fitted.predicted.values
     try:
-        observations = observe(machine, table, values)
+        observations = observe(free_robot, table, values)
     except (OpenRowsError, DescriptionError):
         raise error from None
-    fit = _fitted(observations, machine, sigma, loss)
-    return _Results(machine, fit, others.fitter.first.differences).calibration()
+    fit = _fitted(observations, free_robot, sigma, loss)
+    return _Results(free_robot, fit, others.fitter.first.differences).calibration()
 
 
 def names_of(free: str | Iterable[str]) -> list[str]:
@@ -140,8 +140,8 @@ def row_weights(table: Table) -> Array:
 class _Results:
     """Makes the result of a fit."""
 
-    def __init__(self, machine: Machine, fit: _Fit, before: Array) -> None:
-        self.machine = machine
+    def __init__(self, free_robot: FreeRobot, fit: _Fit, before: Array) -> None:
+        self.free_robot = free_robot
         self.observations = fit.observations
         self.fitter = fit.fitter
         self.fitted = fit.fitted
@@ -151,20 +151,20 @@ class _Results:
 
     def calibration(self) -> Calibration:
         """The calibration."""
-        machine = self.machine
+        free_robot = self.free_robot
         fitted = self.fitted
-        names = [parameter.name for parameter in machine.parameters]
+        names = [parameter.name for parameter in free_robot.parameters]
         scales = self.fitter.scales
         prior = self.fitter.deviation
         values = fitted.predicted.values
         variance = self.factor**2
-        described = machine.adjustable.described(machine.parameters, values)
+        described = free_robot.adjustable.described(free_robot.parameters, values)
         return Calibration(
             parameters=self._estimates(),
             chi2=fitted.chi2,
             freedom=fitted.freedom,
             unseen=tuple(unseen_combinations(names, fitted.covariance, scales, prior)),
-            fixed={names[k]: problem for k, problem in machine.fixed.items()},
+            fixed={names[k]: problem for k, problem in free_robot.fixed.items()},
             outliers=tuple(self._outliers()),
             misfits=self._misfits(),
             covariance=variance * fitted.covariance / np.outer(scales, scales),
@@ -172,9 +172,9 @@ class _Results:
             components=self._components(),
             measured=self._measured(),
             unused=self.observations.unused,
-            description=with_general_bars(described, machine.robot),
-            free=machine.parameters,
-            robot=machine.adjustable,
+            description=with_general_bars(described, free_robot.robot),
+            free=free_robot.parameters,
+            robot=free_robot.adjustable,
         )
 
     def _inflation(self) -> float:
@@ -207,7 +207,7 @@ class _Results:
         quantile = self._quantile()
         estimates: dict[str, Estimate] = {}
         values = self.fitted.predicted.values.tolist()
-        for k, parameter in enumerate(self.machine.parameters):
+        for k, parameter in enumerate(self.free_robot.parameters):
             deviation = float(deviations[k])
             half = quantile * deviation
             interval = (values[k] - half, values[k] + half)

@@ -20,7 +20,7 @@ from ..ground.file_options import PathText
 from .adjustable import AdjustableRobot
 from .calibrate import Data, names_of
 from .fit import PRIOR
-from .machine import Machine
+from .free_robot import FreeRobot
 from .noise import Sigma, noise_of
 from .observations import TOOL, Observations, observe
 from .result import Calibration
@@ -74,17 +74,17 @@ def choose_poses(
         InputError: a path or column is wrong, or there are fewer candidates than poses.
     """
     adjustable = AdjustableRobot(robot)
-    machine = Machine(adjustable, adjustable.parameters(names_of(free)))
+    free_robot = FreeRobot(adjustable, adjustable.parameters(names_of(free)))
     table = table_of(candidates)
     number = integer("count", count)
     if number > len(table.lines):
         raise InputError(f"count: {number} poses of {len(table.lines)} candidates")
-    coordinates = machine.robot.coordinates
+    coordinates = free_robot.robot.coordinates
     measured = tuple(name for name in table.columns if name not in coordinates)
     if after is not None:
         measured = after.measured
-    observations = planned(machine, table, measured or POINT)
-    sensitivity = Sensitivity(machine, observations)
+    observations = planned(free_robot, table, measured or POINT)
+    sensitivity = Sensitivity(free_robot, observations)
     rows = _information(sensitivity, observations, sigma)
     start = _start(sensitivity, after)
     chosen = exchanged(rows, start, greedy(rows, start, number))
@@ -98,18 +98,18 @@ def choose_poses(
     )
 
 
-def planned(machine: Machine, table: Table, measured: Sequence[str]) -> Observations:
+def planned(free_robot: FreeRobot, table: Table, measured: Sequence[str]) -> Observations:
     """Observations of candidates, as if the robot of the file were measured without noise."""
     count = len(table.lines)
     columns: dict[str, Array] = {}
-    for name in machine.robot.coordinates:
+    for name in free_robot.robot.coordinates:
         if name in table.columns:
             columns[name] = table.columns[name]
     for name in measured:
         columns[name] = np.zeros(count)
         if name.endswith(".qw"):
             columns[name] += 1.0
-    observations = observe(machine, replace(table, columns=columns))
+    observations = observe(free_robot, replace(table, columns=columns))
     posed = observations.closed.poses()
     exact = tuple(quantity.predicted(posed) for quantity in observations.quantities)
     return replace(observations, measured=exact)
@@ -131,7 +131,7 @@ def _start(sensitivity: Sensitivity, after: Calibration | None) -> Array:
         deviation = PRIOR * sensitivity.reach
         unit = np.eye(len(scales))
         return np.asarray(unit / deviation**2)
-    names = [one.name for one in sensitivity.machine.parameters]
+    names = [one.name for one in sensitivity.free_robot.parameters]
     if list(after.parameters) != names:
         raise InputError("after: is a calibration of other parameters")
     natural = after.covariance * np.outer(scales, scales)
@@ -183,7 +183,7 @@ def _deviations(sensitivity: Sensitivity, information: Array) -> dict[str, float
     """Deviation of each parameter [rad, m]."""
     covariance = np.linalg.inv(information)
     deviations = np.sqrt(np.diag(covariance)) / sensitivity.scales
-    names = [parameter.name for parameter in sensitivity.machine.parameters]
+    names = [parameter.name for parameter in sensitivity.free_robot.parameters]
     return dict(zip(names, deviations.tolist(), strict=True))
 
 

@@ -89,7 +89,7 @@ class Fitter:
     def __init__(self, sensitivity: Sensitivity, row_weights: Array) -> None:
         self.sensitivity = sensitivity
         self.scales = sensitivity.scales
-        self.start = sensitivity.machine.start
+        self.start = sensitivity.free_robot.start
         self.deviation = PRIOR * sensitivity.reach
         self.first = sensitivity.at_start()
         self.measured: Mask = np.isfinite(self.first.differences)
@@ -180,7 +180,7 @@ class Fitter:
         damped = np.vstack([scaled, np.sqrt(damping) * np.eye(count)])
         goal = np.concatenate([-target, np.zeros(count)])
         step = np.linalg.lstsq(damped, goal, rcond=None)[0]
-        step[list(self.sensitivity.machine.fixed)] = 0.0
+        step[list(self.sensitivity.free_robot.fixed)] = 0.0
         after = target + scaled @ step
         return step / norms, float(target @ target - after @ after)
 

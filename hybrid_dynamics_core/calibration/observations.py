@@ -13,7 +13,7 @@ from ..ground.arrays import Array
 from ..ground.suggestions import suggestion
 from ..ground.units import coordinate_unit
 from .closed_rows import ClosedRows, PosedRows
-from .machine import Machine
+from .free_robot import FreeRobot
 from .quantities import Coordinate, Distance, Inclination, Orientation, Point, Quantity
 
 TOOL = "tool"  # name of the end effector in columns
@@ -82,11 +82,11 @@ class OpenRowsError(InputError):
         super().__init__(message)
 
 
-def observe(machine: Machine, table: Table, values: Array | None = None) -> Observations:
+def observe(free_robot: FreeRobot, table: Table, values: Array | None = None) -> Observations:
     """The observations of a table.
 
     Args:
-        machine: the robot and its parameters.
+        free_robot: the robot and its parameters.
         table: the measurements.
         values: parameters (k,) with which the rows are closed; None for those of the file.
 
@@ -95,13 +95,13 @@ def observe(machine: Machine, table: Table, values: Array | None = None) -> Obse
         InputError: columns are missing or wrong.
     """
     if values is None:
-        values = machine.start
-    columns = _Columns(machine, table)
+        values = free_robot.start
+    columns = _Columns(free_robot, table)
     quantities = columns.quantities()
-    given = machine.given_among(columns.coordinates)
+    given = free_robot.given_among(columns.coordinates)
     for name in columns.coordinates:
         if name not in given:
-            quantities.append(_coordinate(machine, name))
+            quantities.append(_coordinate(free_robot, name))
     if not quantities:
         expected = "tool.x, tool.y, tool.z, or further coordinates than the active ones"
         raise InputError(
@@ -109,7 +109,7 @@ def observe(machine: Machine, table: Table, values: Array | None = None) -> Obse
         )
     columns.require_sizes(given)
     readings = np.stack([table.columns[name] for name in given], axis=1)
-    closed = _closed(machine, table, given, values)
+    closed = _closed(free_robot, table, given, values)
     measured: list[Array] = []
     for quantity in quantities:
         parts = [table.columns[name] for name in quantity.columns]
@@ -132,10 +132,10 @@ def observe(machine: Machine, table: Table, values: Array | None = None) -> Obse
 class _Columns:
     """Sorts the columns of a table by what they are."""
 
-    def __init__(self, machine: Machine, table: Table) -> None:
-        self.machine = machine
+    def __init__(self, free_robot: FreeRobot, table: Table) -> None:
+        self.free_robot = free_robot
         self.table = table
-        self.coordinates = [name for name in machine.robot.coordinates if name in table.columns]
+        self.coordinates = [name for name in free_robot.robot.coordinates if name in table.columns]
         self.unused: list[str] = []
 
     def quantities(self) -> list[Quantity]:
@@ -159,7 +159,7 @@ class _Columns:
 
     def of_frame(self, frame: str, present: list[str]) -> Iterator[Quantity]:
         """Point and orientation of a frame."""
-        name = self.machine.robot.end_effector if frame == TOOL else frame
+        name = self.free_robot.robot.end_effector if frame == TOOL else frame
         axes = tuple(k for k, axis in enumerate(AXES) if axis in present)
         if axes:
             columns = tuple(f"{frame}.{AXES[k]}" for k in axes)
@@ -188,11 +188,11 @@ class _Columns:
 
     def is_frame(self, frame: str) -> bool:
         """Whether a name is that of a frame."""
-        return frame == TOOL or frame in self.machine.robot.frames
+        return frame == TOOL or frame in self.free_robot.robot.frames
 
     def frame_name(self, frame: str) -> str:
         """The frame of a name in columns."""
-        return self.machine.robot.end_effector if frame == TOOL else frame
+        return self.free_robot.robot.end_effector if frame == TOOL else frame
 
     def distance(self, name: str) -> Quantity | None:
         """The distance of a column `distance.A.B`; None if it is none."""
@@ -205,7 +205,7 @@ class _Columns:
                 frames = self.frame_name(one), self.frame_name(other)
                 return Distance(name, (name,), "m", *frames)
         text = f"column {name}: expected distance.A.B with two frames or links"
-        existing = ", ".join((TOOL, *self.machine.robot.frames))
+        existing = ", ".join((TOOL, *self.free_robot.robot.frames))
         raise InputError(f"{self.table.source}: {text}; there are: {existing}")
 
     def inclination(self, name: str) -> Quantity | None:
@@ -216,7 +216,7 @@ class _Columns:
         if axis not in AXES or not self.is_frame(frame):
             text = f"column {name}: expected inclination.FRAME.x with a frame or link and x, y or z"
             raise InputError(f"{self.table.source}: {text}")
-        gravity = np.array(self.machine.robot.description.gravity)
+        gravity = np.array(self.free_robot.robot.description.gravity)
         size = float(np.linalg.norm(gravity))
         up = (0.0, 0.0, 1.0)
         if size > 0.0:
@@ -228,7 +228,7 @@ class _Columns:
         """Leave a column out; raise if it is rather a misspelt one."""
         if name in IGNORED:
             return
-        robot = self.machine.robot
+        robot = self.free_robot.robot
         expected = [*robot.coordinates]
         expected += [f"{TOOL}.{part}" for part in (*AXES, *QUATERNION)]
         missing = [one for one in expected if one not in self.table.columns]
@@ -245,39 +245,41 @@ class _Columns:
             if len(missing):
                 place = self.table.row(int(missing[0]))
                 raise InputError(f"{place}: {name} is missing; each row needs {', '.join(given)}")
-            unit = coordinate_unit(self.machine.robot.joint_types[name])
+            unit = coordinate_unit(self.free_robot.robot.joint_types[name])
             largest = float(np.abs(values).max())
             if unit == "rad" and largest > ENDLESS_TURNS and name not in self.table.units:
                 text = f"{name} goes to {largest:.4g} rad; if it is in degrees, write {name} [deg]"
                 raise InputError(f"{self.table.source}: {text} in the header")
 
 
-def _coordinate(machine: Machine, name: str) -> Quantity:
+def _coordinate(free_robot: FreeRobot, name: str) -> Quantity:
     """A coordinate that is measured beside the given ones."""
-    robot = machine.robot
+    robot = free_robot.robot
     unit = coordinate_unit(robot.joint_types[name])
     return Coordinate(name, (name,), unit, robot.coordinates.index(name))
 
 
-def _closed(machine: Machine, table: Table, given: tuple[str, ...], values: Array) -> ClosedRows:
+def _closed(
+    free_robot: FreeRobot, table: Table, given: tuple[str, ...], values: Array
+) -> ClosedRows:
     """The closed rows; raises OpenRowsError that names a row and what may be wrong."""
     readings = {name: table.columns[name] for name in given}
     try:
-        return machine.closed_at(values, given, readings)
+        return free_robot.closed_at(values, given, readings)
     except StateError as error:
         place = table.source
         text = str(error)
         if error.index is not None:
             place = table.row(error.index)
             text = text.partition(": ")[2]
-        message = f"{place}: {text}{_length_hint(machine, table, given)}"
-        rows = machine.open_rows(given, readings)
+        message = f"{place}: {text}{_length_hint(free_robot, table, given)}"
+        rows = free_robot.open_rows(given, readings)
         raise OpenRowsError(message, rows) from error
 
 
-def _length_hint(machine: Machine, table: Table, given: tuple[str, ...]) -> str:
+def _length_hint(free_robot: FreeRobot, table: Table, given: tuple[str, ...]) -> str:
     """A hint on slides whose readings are rather in mm."""
-    robot = machine.robot
+    robot = free_robot.robot
     for name in given:
         if robot.joint_types[name] != "prismatic" or name in table.units:
             continue

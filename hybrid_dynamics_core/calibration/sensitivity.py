@@ -14,7 +14,7 @@ from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array
 from .adjustable import FreeParameter
 from .closed_rows import ClosedRows, Geometry, applied, closed_near, inverse_of, others
-from .machine import Machine
+from .free_robot import FreeRobot
 from .observations import Observations
 
 STEP = 1e-5  # of the robot's reach: change of a parameter in a derivative
@@ -37,10 +37,10 @@ class Predicted:
 
 
 class Sensitivity:
-    """Predictions of a machine for its observations.
+    """Predictions of a robot for its observations.
 
     Attributes:
-        machine: the robot and its parameters.
+        free_robot: the robot and its parameters.
         observations: the measured rows.
         given: indices of the given coordinates (n,).
         reach: largest distance of a joint or frame from the base [m].
@@ -48,16 +48,16 @@ class Sensitivity:
         scales: natural units (k,): a parameter times its scale is a length [m].
     """
 
-    def __init__(self, machine: Machine, observations: Observations) -> None:
-        self.machine = machine
+    def __init__(self, free_robot: FreeRobot, observations: Observations) -> None:
+        self.free_robot = free_robot
         self.observations = observations
-        coordinates = machine.robot.coordinates
+        coordinates = free_robot.robot.coordinates
         indices = [coordinates.index(name) for name in observations.given]
         self.given = np.array(indices, dtype=int)
         posed = observations.closed.poses()
         self.reach = posed.extent()
         self.step = STEP * self.reach
-        numbered = enumerate(machine.parameters)
+        numbered = enumerate(free_robot.parameters)
         scales = [self.scale(k, parameter) for k, parameter in numbered]
         self.scales = np.array(scales)
 
@@ -66,7 +66,7 @@ class Sensitivity:
         if parameter.place == "gain":
             return self.scale_of_gain(str(parameter.path[0]))
         unit = parameter.unit
-        if not unit and k not in self.machine.fixed:
+        if not unit and k not in self.free_robot.fixed:
             unit = self.unit_by_influence(k)
         if unit == "rad":
             return self.reach
@@ -79,7 +79,7 @@ class Sensitivity:
             raise InputError(f"free: joints.{name}.gain: the data have no column {name}")
         sizes = np.abs(columns[name])
         largest = float(np.nanmax(sizes))
-        if self.machine.robot.joint_types[name] == "revolute":
+        if self.free_robot.robot.joint_types[name] == "revolute":
             largest *= self.reach
         return max(largest, self.step)
 
@@ -111,7 +111,7 @@ class Sensitivity:
             DescriptionError: a value is impossible.
             OpenLoopError: a row does not close.
         """
-        geometry = self.machine.geometry(values)
+        geometry = self.free_robot.geometry(values)
         coordinates = self.coordinates(geometry)
         closed = closed_near(geometry, near.closed, self.given, coordinates)
         return self._predicted(values, closed)
@@ -136,13 +136,13 @@ class Sensitivity:
         changed = values.copy()
         changed[k] += change
         try:
-            return self.machine.geometry(changed)
+            return self.free_robot.geometry(changed)
         except DescriptionError as error:
             raise self.fixed(k, str(error)) from error
 
     def fixed(self, k: int, problem: str) -> InputError:
         """The error for a parameter that cannot change."""
-        name = self.machine.parameters[k].name
+        name = self.free_robot.parameters[k].name
         return InputError(f"free: {name} cannot be estimated: {problem}")
 
     # -- derivatives
@@ -157,8 +157,8 @@ class Sensitivity:
         """
         motion = _Motion(self, at)
         columns: list[Array] = []
-        for k in range(len(self.machine.parameters)):
-            if k in self.machine.fixed:
+        for k in range(len(self.free_robot.parameters)):
+            if k in self.free_robot.fixed:
                 columns.append(np.zeros_like(at.differences))
                 continue
             above = motion.differences(k, 1.0)

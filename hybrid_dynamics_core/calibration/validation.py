@@ -8,7 +8,7 @@ import numpy as np
 
 from ..formats.tables import table_of
 from .calibrate import Data
-from .machine import Machine
+from .free_robot import FreeRobot
 from .noise import rms
 from .observations import observe
 from .result import Calibration
@@ -39,10 +39,10 @@ def validate(calibration: Calibration, data: Data) -> dict[str, Validation]:
     Raises:
         InputError: a column is wrong, or a row does not close.
     """
-    machine = Machine(calibration.robot, calibration.free)
+    free_robot = FreeRobot(calibration.robot, calibration.free)
     table = table_of(data)
-    old = observe(machine, table)
-    new = observe(machine, table, calibration.values)
+    old = observe(free_robot, table)
+    new = observe(free_robot, table, calibration.values)
     before = old.differences(old.closed.poses())
     after = new.differences(new.closed.poses())
     owners = np.array(new.owners())

@@ -18,8 +18,8 @@ from ..ground.check_arrays import mapping_of
 from ..ground.suggestions import no_such_name
 from .axes import rows_of, unit_wrench
 from .box_image import BoxImage, UnlimitedError, solutions
-from .machine import Machine
 from .polytope import Polytope, hull
+from .robot_interface import CapableRobot
 
 AT_LIMIT = 1e-6  # share of a range within which a force is at its limit
 STILL = 1e-9  # speed over the largest entry of a Jacobian, below which a frame does not move
@@ -50,7 +50,7 @@ class Capability:
 
     def __init__(
         self,
-        machine: Machine,
+        robot: CapableRobot,
         state: ClosedState,
         loads: Loads | None = None,
         frame: str | None = None,
@@ -60,7 +60,7 @@ class Capability:
         """Capability of a robot at a state.
 
         Args:
-            machine: the robot.
+            robot: the robot.
             state: one closed state.
             loads: loads besides the actuators; those of the description if None.
             frame: name of the frame; the end effector if None.
@@ -72,18 +72,18 @@ class Capability:
         """
         if state.u.ndim != 1:
             raise InputError("capability is that of one state; expected no batch")
-        self._machine = machine
+        self._robot = robot
         self._state = state
-        self._loads = machine.loads
+        self._loads = robot.loads
         if loads is not None:
             self._loads = loads
         self._frame = frame
-        self.drives = machine.all_drives
-        self._jacobian = machine.jacobian(state, frame)
-        self._to_tau = machine.drive_rates(state).T
-        self.limits = _limits(machine, state, efforts)
-        self.rates = _rates(machine, rates)
-        self._still = np.zeros(len(machine.active))
+        self.drives = robot.all_drives
+        self._jacobian = robot.jacobian(state, frame)
+        self._to_tau = robot.drive_rates(state).T
+        self.limits = _limits(robot, state, efforts)
+        self.rates = _rates(robot, rates)
+        self._still = np.zeros(len(robot.active))
 
     def forces(self, axes: Sequence[str] = ("x", "y", "z")) -> Polytope:
         """Forces [N] and moments [N m] of the frame on what it touches.
@@ -122,7 +122,7 @@ class Capability:
         """
         if np.any(self._state.du):
             raise InputError("accelerations are those from rest; expected a state without rates")
-        mass, _, _ = self._machine.minimal_form(self._state, self._loads)
+        mass, _, _ = self._robot.minimal_form(self._state, self._loads)
         image = self._solutions(mass, self._needed())
         rows = self._jacobian[rows_of(axes)]
         of_frame = replace(
@@ -138,7 +138,7 @@ class Capability:
         Args:
             axes: names out of x, y, z, rx, ry, rz.
         """
-        rows = [self._machine.coordinates.index(name) for name in self.rates]
+        rows = [self._robot.coordinates.index(name) for name in self.rates]
         largest_rates = np.array(list(self.rates.values()))
         rates = np.reshape(self._state.R[rows], (len(rows), len(self._still)))
         jacobian = self._jacobian[rows_of(axes)]
@@ -166,10 +166,10 @@ class Capability:
         """
         state = self._standstill()
         kilogram = Payload(1.0, com)
-        frame = self._frame or self._machine.end_effector
+        frame = self._frame or self._robot.end_effector
         with_load = self._loads.with_payload(kilogram, frame)
-        held = self._machine.inverse_dynamics(state, self._still, self._loads)
-        loaded = self._machine.inverse_dynamics(state, self._still, with_load)
+        held = self._robot.inverse_dynamics(state, self._still, self._loads)
+        loaded = self._robot.inverse_dynamics(state, self._still, with_load)
         weight = loaded - held
         image = self._solutions(weight[:, None], held)
         return largest(image, self.drives)
@@ -214,30 +214,18 @@ class Capability:
             per_unit: efforts (n, k) that each unit of y takes.
             needed: efforts (n,) at y = 0.
         """
-        lower, upper = self._bounds()
-        return solutions(
-            self._to_tau,
-            per_unit,
-            needed,
-            lower,
-            upper,
-        )
+        lower, upper = bounds_of(self.limits, self.drives)
+        return solutions(self._to_tau, per_unit, needed, lower, upper)
 
     def _needed(self) -> Array:
         """Efforts (n,) that the state takes without acceleration."""
-        return self._machine.inverse_dynamics(self._state, self._still, self._loads)
+        return self._robot.inverse_dynamics(self._state, self._still, self._loads)
 
     def _standstill(self) -> ClosedState:
         """The state, which is at rest; otherwise raises InputError."""
         if np.any(self._state.du):
             raise InputError("a lifted mass is held at rest; expected a state without rates")
         return self._state
-
-    def _bounds(self) -> tuple[Array, Array]:
-        """Least and greatest efforts (m,) of the drives [N m, N]."""
-        ranges = [self.limits[name] for name in self.drives]
-        bounds = np.reshape(ranges, (-1, 2))
-        return bounds[:, 0], bounds[:, 1]
 
     def _polytope(
         self,
@@ -269,7 +257,7 @@ class Capability:
 
 
 def capability_at(
-    machine: Machine,
+    robot: CapableRobot,
     state: ClosedState,
     loads: Loads | None = None,
     frame: str | None = None,
@@ -279,7 +267,7 @@ def capability_at(
     """What the robot can do at a state within the limits of its drives.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         state: one closed state.
         loads: loads besides the actuators; `robot.loads` if None.
         frame: name in `frames`; the end effector if None.
@@ -292,14 +280,7 @@ def capability_at(
     Raises:
         InputError: a name is unknown, or the state is a batch.
     """
-    return Capability(
-        machine,
-        state,
-        loads,
-        frame,
-        efforts,
-        rates,
-    )
+    return Capability(robot, state, loads, frame, efforts, rates)
 
 
 def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
@@ -322,10 +303,12 @@ def largest(image: BoxImage, drives: tuple[str, ...]) -> Largest:
     return Largest(value, limited_by, efforts)
 
 
-def limits_of(machine: Machine) -> tuple[Array, Array]:
-    """Least and greatest efforts (m,) of all drives [N m, N]."""
-    ranges = [machine.effort_ranges[name] for name in machine.all_drives]
-    bounds = np.reshape(ranges, (-1, 2))
+def bounds_of(
+    ranges: Mapping[str, tuple[float, float]], drives: Sequence[str]
+) -> tuple[Array, Array]:
+    """Least and greatest efforts (m,) of m drives [N m, N], from those by name."""
+    chosen = [ranges[name] for name in drives]
+    bounds = np.reshape(chosen, (-1, 2))
     return bounds[:, 0], bounds[:, 1]
 
 
@@ -345,31 +328,31 @@ def _at_limit(names: Sequence[str], forces: Array, image: BoxImage) -> tuple[str
 
 
 def _limits(
-    machine: Machine,
+    robot: CapableRobot,
     state: ClosedState,
     efforts: Mapping[str, float] | None,
 ) -> dict[str, tuple[float, float]]:
     """Least and greatest effort by drive [N m, N]: the caller's where given, else the robot's."""
-    limits = dict(machine.effort_ranges)
+    limits = dict(robot.effort_ranges)
     for name, (lower, upper) in limits.items():
-        joint = machine.description.joints.get(name)
+        joint = robot.description.joints.get(name)
         if joint is None or joint.effort_table is None:
             continue
-        place = machine.coordinates.index(name)
+        place = robot.coordinates.index(name)
         table = joint.effort_table.at(state.s[place], state.ds[place])
-        largest = float(table)
-        limits[name] = (max(lower, -largest), min(upper, largest))
+        effort = float(table)
+        limits[name] = (max(lower, -effort), min(upper, effort))
     for name, value in mapping_of("efforts", efforts).items():
         if name not in limits:
             raise InputError(f"efforts: {no_such_name('drive', name, limits)}")
-        effort = _positive(name, value)
-        limits[name] = (-effort, effort)
+        given = _positive(name, value)
+        limits[name] = (-given, given)
     return limits
 
 
-def _rates(machine: Machine, rates: Mapping[str, float] | None) -> dict[str, float]:
+def _rates(robot: CapableRobot, rates: Mapping[str, float] | None) -> dict[str, float]:
     """Largest rate by coordinate [rad/s, m/s], of those with a limit."""
-    limits = dict(machine.rate_ranges)
+    limits = dict(robot.rate_ranges)
     for name, value in mapping_of("rates", rates).items():
         if name not in limits:
             raise InputError(f"rates: {no_such_name('coordinate', name, limits)}")

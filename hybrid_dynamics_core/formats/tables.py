@@ -63,6 +63,15 @@ class Table:
         """The place of a row, for messages."""
         return f"{self.source}:{self.lines[index]}"
 
+    def rows(self, names: Sequence[str]) -> Array:
+        """The rows (N, k) of k columns. Raises InputError if a cell of them is empty."""
+        rows = np.stack([self.columns[name] for name in names], axis=1)
+        empty = np.argwhere(np.isnan(rows))
+        if len(empty):
+            row, column = empty[0].tolist()
+            raise InputError(f"{self.row(row)}: {names[column]} is empty; expected a number")
+        return rows
+
 
 def table_of(
     data: str | Path | Mapping[str, Sequence[float] | Array],

@@ -1,4 +1,4 @@
-"""Limits of a machine and its drives: what is beyond, by how much, and what drives give within."""
+"""Limits of a robot and its drives: what is beyond, by how much, and what drives give within."""
 
 from .limits import Limits
 from .margins import LimitMargins, Margin, limit_margins

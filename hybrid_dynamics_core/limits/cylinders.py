@@ -1,4 +1,4 @@
-"""Flows, pressures and forces of the cylinders of a machine, and of the pumps that feed them."""
+"""Flows, pressures and forces of the cylinders of a robot, and of the pumps that feed them."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from ..closed_state.state import ClosedState
 from ..description.actuators import HydraulicCylinder, Pump
 from ..dynamics.hydraulics import chamber_flows, chamber_pressures
 from ..ground.arrays import Array
-from .machine import Machine
+from .robot_interfaces import LimitedRobot
 
 STRONGEST = 1e9  # [Pa] no cylinder stands more
 FADE = 0.1  # share of a flow limit within which the pressure falls to that of the return
 
 
 class Cylinders:
-    """The cylinders of a machine with their pumps."""
+    """The cylinders of a robot with their pumps."""
 
-    def __init__(self, machine: Machine) -> None:
-        """Take cylinders and pumps from a machine's description."""
-        self._by_joint = machine.description.actuators
-        self._pumps = machine.description.pumps
+    def __init__(self, robot: LimitedRobot) -> None:
+        """Take cylinders and pumps from a robot's description."""
+        self._by_joint = robot.description.actuators
+        self._pumps = robot.description.pumps
         self._places: dict[str, int] = {}
         for name in self._by_joint:
-            self._places[name] = machine.coordinates.index(name)
+            self._places[name] = robot.coordinates.index(name)
 
     def extension(self, state: ClosedState, name: str) -> Array:
         """Rate (...) at which a cylinder extends [m/s]."""

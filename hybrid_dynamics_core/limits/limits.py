@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from .cylinders import Cylinders, quotient
-from .machine import Machine
+from .robot_interfaces import LimitedRobot
 from .rows import Row, rows_of
 
 HYDRAULIC = ("pressure", "flow", "pump_flow", "pump_power")  # kinds of rows
@@ -22,30 +22,30 @@ _OF_FORCES = ("effort", "pressure", "power", "pump_power")  # kinds that need fo
 
 
 class Limits:
-    """All limited quantities of a machine.
+    """All limited quantities of a robot.
 
     Attributes:
-        machine: the machine.
+        robot: the robot.
         drives: names of the m drives whose forces are limited.
         rows: the k quantities, those of one kind one after the other.
     """
 
-    def __init__(self, machine: Machine) -> None:
-        """Collect the limits of a machine."""
-        self.machine = machine
-        description = machine.description
+    def __init__(self, robot: LimitedRobot) -> None:
+        """Collect the limits of a robot."""
+        self.robot = robot
+        description = robot.description
         self._joints = description.joints
         self._transmissions = description.transmissions
         self._pumps = description.pumps
-        self._cylinders = Cylinders(machine)
-        self.drives = machine.drives
+        self._cylinders = Cylinders(robot)
+        self.drives = robot.drives
         if self._transmissions:
-            self.drives = machine.all_drives
-        self.rows = rows_of(machine, self.drives)
+            self.drives = robot.all_drives
+        self.rows = rows_of(robot, self.drives)
         self._needs_forces = any(row.kind in _OF_FORCES for row in self.rows)
         self._driven: list[int] = []
-        for k, name in enumerate(machine.active):
-            if name not in machine.idle:
+        for k, name in enumerate(robot.active):
+            if name not in robot.idle:
                 self._driven.append(k)
 
     @property
@@ -75,7 +75,7 @@ class Limits:
             forces = self._forces_by_name(state, tau)
         accelerations = np.zeros_like(state.s)
         if ddu is not None and self.has_accelerations:
-            accelerations = self.machine.accelerations(state, ddu)
+            accelerations = self.robot.accelerations(state, ddu)
         values = np.zeros((*state.s.shape[:-1], len(self.rows)))
         for k, row in enumerate(self.rows):
             values[..., k] = self._value(row, state, forces, accelerations)
@@ -94,7 +94,7 @@ class Limits:
             return forces[name]
         if row.kind in HYDRAULIC:
             return self._of_hydraulics(row, state, forces)
-        place = self.machine.coordinates.index(name)
+        place = self.robot.coordinates.index(name)
         if row.kind == "power":
             return np.asarray(forces[name] * state.ds[..., place])
         of_joints = {
@@ -148,7 +148,7 @@ class Limits:
         if not self.drives:
             return np.zeros((*state.s.shape[:-1], 0))
         if not self._transmissions:
-            by_name = self.machine.drive_forces(state, tau)
+            by_name = self.robot.drive_forces(state, tau)
             return np.stack(
                 [by_name[name] for name in self.drives],
                 axis=-1,
@@ -167,8 +167,8 @@ class Limits:
     def drive_rates(self, state: ClosedState) -> Array:
         """Rates (m, n) or (N, m, n) of `drives` per unit rates of the active coordinates."""
         if self._transmissions:
-            return self.machine.drive_rates(state)
-        places = [self.machine.coordinates.index(name) for name in self.drives]
+            return self.robot.drive_rates(state)
+        places = [self.robot.coordinates.index(name) for name in self.drives]
         return state.R[..., places, :]
 
     def force_bounds(self, state: ClosedState) -> tuple[Array, Array]:
@@ -182,7 +182,7 @@ class Limits:
             most = self._strongest(state, name)
             lower[..., k] = -most
             upper[..., k] = most
-            if name in self.machine.description.actuators:
+            if name in self.robot.description.actuators:
                 pull, push = self._cylinders.force_bounds(state, name)
                 lower[..., k] = np.maximum(
                     lower[..., k],
@@ -199,7 +199,7 @@ class Limits:
         lower, upper = self.force_bounds(state)
         given = np.clip(forces, lower, upper)
         for k, name in enumerate(self.drives):
-            if name in self.machine.description.actuators:
+            if name in self.robot.description.actuators:
                 pull, push = self._cylinders.flow_bounds(state, name)
                 given[..., k] = np.clip(
                     given[..., k],
@@ -216,7 +216,7 @@ class Limits:
         power = self._joints[name].power_limit
         if math.isinf(power):
             return most
-        place = self.machine.coordinates.index(name)
+        place = self.robot.coordinates.index(name)
         speed = np.abs(state.ds[..., place])
         return np.minimum(most, quotient(power, speed))
 
@@ -227,7 +227,7 @@ class Limits:
         joint = self._joints[name]
         if joint.effort_table is None:
             return np.asarray(joint.effort_limit)
-        place = self.machine.coordinates.index(name)
+        place = self.robot.coordinates.index(name)
         position, rate = state.s[..., place], state.ds[..., place]
         by_table = joint.effort_table.at(position, rate)
         return np.minimum(by_table, joint.effort_limit)
@@ -236,7 +236,7 @@ class Limits:
         """Forces (...) of drives by name; cylinders that are no drives have none."""
         forces = self.forces(state, tau)
         nothing = np.zeros(state.s.shape[:-1])
-        by_name = dict.fromkeys(self.machine.description.actuators, nothing)
+        by_name = dict.fromkeys(self.robot.description.actuators, nothing)
         for k, name in enumerate(self.drives):
             by_name[name] = forces[..., k]
         return by_name

@@ -11,7 +11,7 @@ from ..closed_state.state import ClosedState
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 from .limits import Limits
-from .machine import Machine
+from .robot_interfaces import LimitedRobot
 from .rows import Row
 
 ROUNDING = 1e-9  # [rad or m], or share of a limit, by which it may be exceeded
@@ -118,7 +118,7 @@ class LimitMargins:
 
 
 def limit_margins(
-    machine: Machine,
+    robot: LimitedRobot,
     state: ClosedState,
     ddu: ArrayLike | None = None,
     tau: ArrayLike | None = None,
@@ -127,7 +127,7 @@ def limit_margins(
     """Margins of a state, or of a motion, to all limits of joints, drives, cylinders and pumps.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         state: closed state, or a batch of N.
         ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2]; zero if None.
         tau: active efforts (n,) or (N, n) [N m, N]; those of inverse dynamics if None.
@@ -140,11 +140,11 @@ def limit_margins(
         SingularityError: the drives cannot give these efforts.
         InputError: a shape is wrong, or a value is not finite.
     """
-    limits = Limits(machine)
+    limits = Limits(robot)
     if ddu is None:
         ddu = np.zeros_like(state.u)
     if tau is None:
-        tau = machine.inverse_dynamics(state, ddu, loads)
+        tau = robot.inverse_dynamics(state, ddu, loads)
     return margins_of(limits, state, tau, ddu)
 
 

@@ -1,4 +1,4 @@
-"""The limited quantities of a machine."""
+"""The limited quantities of a robot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..ground.units import coordinate_unit, effort_unit
-from .machine import Machine
+from .robot_interfaces import LimitedRobot
 
 
 @dataclass(frozen=True)
@@ -38,69 +38,69 @@ class Row:
         return math.isfinite(self.lower) or math.isfinite(self.upper)
 
 
-def rows_of(machine: Machine, drives: tuple[str, ...]) -> tuple[Row, ...]:
+def rows_of(robot: LimitedRobot, drives: tuple[str, ...]) -> tuple[Row, ...]:
     """All quantities with a finite bound, those of one kind one after the other.
 
     Args:
-        machine: the machine.
+        robot: the robot.
         drives: names of the drives whose forces are limited.
     """
     rows = [
-        *_positions(machine),
-        *_rates(machine),
-        *_accelerations(machine),
-        *_efforts(machine, drives),
-        *_pressures(machine),
-        *_flows(machine),
-        *_powers(machine, drives),
-        *_pump_flows(machine),
-        *_pump_powers(machine),
+        *_positions(robot),
+        *_rates(robot),
+        *_accelerations(robot),
+        *_efforts(robot, drives),
+        *_pressures(robot),
+        *_flows(robot),
+        *_powers(robot, drives),
+        *_pump_flows(robot),
+        *_pump_powers(robot),
     ]
     return tuple(row for row in rows if row.is_limited)
 
 
-def _positions(machine: Machine) -> Iterator[Row]:
-    joints = machine.description.joints
-    count = len(machine.active)
-    for k, name in enumerate(machine.coordinates):
+def _positions(robot: LimitedRobot) -> Iterator[Row]:
+    joints = robot.description.joints
+    count = len(robot.active)
+    for k, name in enumerate(robot.coordinates):
         lower, upper = joints[name].limits
         if k < count:
-            lower, upper = machine.limits[k].tolist()
-        unit = coordinate_unit(machine.joint_types[name])
+            lower, upper = robot.limits[k].tolist()
+        unit = coordinate_unit(robot.joint_types[name])
         yield Row("position", name, f"{name} is", unit, lower, upper)
 
 
-def _rates(machine: Machine) -> Iterator[Row]:
-    joints = machine.description.joints
-    for name, joint_type in machine.joint_types.items():
+def _rates(robot: LimitedRobot) -> Iterator[Row]:
+    joints = robot.description.joints
+    for name, joint_type in robot.joint_types.items():
         most = joints[name].velocity_limit
         unit = coordinate_unit(joint_type, "/s")
         yield Row("rate", name, f"{name} moves at", unit, -most, most)
 
 
-def _accelerations(machine: Machine) -> Iterator[Row]:
-    joints = machine.description.joints
-    for name, joint_type in machine.joint_types.items():
+def _accelerations(robot: LimitedRobot) -> Iterator[Row]:
+    joints = robot.description.joints
+    for name, joint_type in robot.joint_types.items():
         most = joints[name].acceleration_limit
         unit = coordinate_unit(joint_type, "/s^2")
         yield Row("acceleration", name, f"{name} accelerates by", unit, -most, most)
 
 
-def _efforts(machine: Machine, drives: tuple[str, ...]) -> Iterator[Row]:
-    joints = machine.description.joints
-    transmissions = machine.description.transmissions
+def _efforts(robot: LimitedRobot, drives: tuple[str, ...]) -> Iterator[Row]:
+    joints = robot.description.joints
+    transmissions = robot.description.transmissions
     for name in drives:
         unit = "N m or N"
         if name in joints:
             most = joints[name].effort_limit
-            unit = effort_unit(machine.joint_types[name])
+            unit = effort_unit(robot.joint_types[name])
         else:
             most = transmissions[name].effort_limit
         yield Row("effort", name, f"{name} needs", unit, -most, most)
 
 
-def _pressures(machine: Machine) -> Iterator[Row]:
-    for name, cylinder in machine.description.actuators.items():
+def _pressures(robot: LimitedRobot) -> Iterator[Row]:
+    for name, cylinder in robot.description.actuators.items():
         bound = "its supply"
         if cylinder.relief_pressure < cylinder.supply_pressure:
             bound = "its relief valve"
@@ -117,15 +117,15 @@ def _pressures(machine: Machine) -> Iterator[Row]:
         )
 
 
-def _flows(machine: Machine) -> Iterator[Row]:
-    for name, cylinder in machine.description.actuators.items():
+def _flows(robot: LimitedRobot) -> Iterator[Row]:
+    for name, cylinder in robot.description.actuators.items():
         words = f"the cylinder of {name} takes"
         most = cylinder.flow_limit
         yield Row("flow", name, words, "m^3/s", -math.inf, most)
 
 
-def _powers(machine: Machine, drives: tuple[str, ...]) -> Iterator[Row]:
-    joints = machine.description.joints
+def _powers(robot: LimitedRobot, drives: tuple[str, ...]) -> Iterator[Row]:
+    joints = robot.description.joints
     for name in drives:
         if name not in joints:
             continue
@@ -134,8 +134,8 @@ def _powers(machine: Machine, drives: tuple[str, ...]) -> Iterator[Row]:
         yield Row("power", name, words, "W", -most, most)
 
 
-def _pump_flows(machine: Machine) -> Iterator[Row]:
-    for name, pump in machine.description.pumps.items():
+def _pump_flows(robot: LimitedRobot) -> Iterator[Row]:
+    for name, pump in robot.description.pumps.items():
         words = f"the pump '{name}' gives a flow of"
         yield Row(
             "pump_flow",
@@ -147,8 +147,8 @@ def _pump_flows(machine: Machine) -> Iterator[Row]:
         )
 
 
-def _pump_powers(machine: Machine) -> Iterator[Row]:
-    for name, pump in machine.description.pumps.items():
+def _pump_powers(robot: LimitedRobot) -> Iterator[Row]:
+    for name, pump in robot.description.pumps.items():
         words = f"the pump '{name}' gives a power of"
         yield Row(
             "pump_power",

@@ -17,7 +17,7 @@ def saturated(limits: Limits, state: ClosedState, tau: ArrayLike) -> Array:
     filling chamber falls. Beyond it the other chamber brakes.
 
     Args:
-        limits: the limits of the machine.
+        limits: the limits of the robot.
         state: closed state, or a batch of N.
         tau: efforts (n,) or (N, n) that are asked for [N m, N].
 

@@ -42,9 +42,12 @@ def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
         dynamics = Dynamics(model, x, pattern, minimal=is_regrouped(model))
         ddu, mass, checks = solve_motion(model, dynamics, list(x.tau))
         held = _constants(x.u, dynamics.n)
-        slopes = jacobian(dynamics.inverse(held), [*x.u, *x.du])
-        at_solution = _substituted(slopes, dict(zip(held, ddu, strict=True)))
-        columns = [mass.solve([-v for v in column]) for column in transposed(at_solution)]
+        of_efforts = jacobian(dynamics.inverse(held), [*x.u, *x.du])
+        at_solution = _substituted(of_efforts, dict(zip(held, ddu, strict=True)))
+        columns: Matrix = []
+        for column in transposed(at_solution):
+            opposite = [-entry for entry in column]
+            columns.append(mass.solve(opposite))
         d_u, d_du = _halves(transposed(columns))
         outputs = {
             "ddu": ddu,

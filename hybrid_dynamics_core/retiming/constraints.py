@@ -17,7 +17,7 @@ from ..ground.arrays import Array
 from ..ground.units import effort_unit
 from ..limits import Limits
 from .curve import Curve
-from .machine import Machine
+from .robot_interface import RetimedRobot
 
 _SPEEDS = ("rate", "flow", "pump_flow")  # kinds of rows that grow with s' alone
 _NO_EFFORT = 1e-9  # share of the largest effort that is rounding
@@ -34,11 +34,11 @@ class Rows(NamedTuple):
 
 
 class Constraints:
-    """The constraints of a machine along a path."""
+    """The constraints of a robot along a path."""
 
     def __init__(
         self,
-        machine: Machine,
+        robot: RetimedRobot,
         curve: Curve,
         loads: Loads | None,
         near: ClosedState | None,
@@ -47,15 +47,15 @@ class Constraints:
         """Collect the constraints.
 
         Args:
-            machine: the machine.
+            robot: the robot.
             curve: the path.
             loads: loads besides the actuators; those of the description if None.
             near: state whose assembly modes are kept.
             share: share of each limit that is used.
         """
-        self.machine = machine
+        self.robot = robot
         self.curve = curve
-        self.limits = Limits(machine)
+        self.limits = Limits(robot)
         self.loads = loads
         self.near = near
         self.share = share
@@ -81,7 +81,7 @@ class Constraints:
             )
             * np.sqrt(x)[:, None]
         )
-        state = self.machine.close(
+        state = self.robot.close(
             u,
             du,
             check=False,
@@ -96,7 +96,7 @@ class Constraints:
 
     def _error_at(self, u: Array) -> str:
         try:
-            self.machine.close(u, near=self.near)
+            self.robot.close(u, near=self.near)
         except ArithmeticError as error:
             return " ".join(str(error).split())
         return "the loops are near a singular place"
@@ -121,7 +121,7 @@ class Constraints:
             ),
         )
         ddu = slope * dds[:, None] + curvature * x[:, None]
-        tau = self.machine.inverse_dynamics(state, ddu, self.loads)
+        tau = self.robot.inverse_dynamics(state, ddu, self.loads)
         forces = self.limits.forces(state, tau)
         lower, upper = self.limits.force_bounds(state)
         size = _sizes(lower, upper)
@@ -139,10 +139,10 @@ class Constraints:
     def check_idle(self, tau: Array) -> None:
         """Raise InputError where efforts (M, n) [N m, N] act along an idle coordinate."""
         largest = np.abs(tau).max(initial=0.0)
-        for k, name in enumerate(self.machine.active):
+        for k, name in enumerate(self.robot.active):
             most = float(np.abs(tau[:, k]).max(initial=0.0))
-            if name in self.machine.idle and most > _NO_EFFORT * largest:
-                unit = effort_unit(self.machine.joint_types[name])
+            if name in self.robot.idle and most > _NO_EFFORT * largest:
+                unit = effort_unit(self.robot.joint_types[name])
                 problem = f"the path takes up to {most:.4g} {unit} along it, which no drive gives"
                 raise InputError(f"{name} is idle: {problem}")
 
@@ -152,8 +152,8 @@ class Constraints:
         Args:
             dense: ascending parameters (M,) between which turns are searched.
         """
-        names = {*self.machine.description.actuators, *self.limits.drives}
-        places = [k for k, name in enumerate(self.machine.coordinates) if name in names]
+        names = {*self.robot.description.actuators, *self.limits.drives}
+        places = [k for k, name in enumerate(self.robot.coordinates) if name in names]
         rates = self._rates(dense)[:, places]
         changes = np.sign(rates[1:]) * np.sign(rates[:-1]) < 0.0
         index, which = np.nonzero(changes)

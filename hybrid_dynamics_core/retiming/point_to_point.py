@@ -1,4 +1,4 @@
-"""Motions between two points with limited jerk, within all limits of a machine."""
+"""Motions between two points with limited jerk, within all limits of a robot."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from ..limits import LimitMargins
 from ..limits.margins import margins_of
 from .constraints import Constraints
 from .curve import Curve, curve_of
-from .machine import Machine
 from .motion import MotionPoint
 from .ramps import Ramp, ramp
 from .retime import at_limit, checked_share, search_of
+from .robot_interface import RetimedRobot
 
 _PLACES = 40  # of each segment at which limits are checked
 _WEAKER = 6  # times that the acceleration is halved in search of the shortest duration
@@ -62,7 +62,7 @@ class JerkLimitedMotion:
 
 
 def point_to_point(
-    machine: Machine,
+    robot: RetimedRobot,
     start: ArrayLike,
     end: ArrayLike,
     jerk: ArrayLike,
@@ -76,7 +76,7 @@ def point_to_point(
     the ones of the shortest duration within all limits, which hold at every instant.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         start: active coordinates (n,) [rad or m].
         end: active coordinates (n,) [rad or m].
         jerk: largest jerk of all active joints, or of each (n,) [rad/s^3 or m/s^3].
@@ -101,14 +101,14 @@ def point_to_point(
             ),
         ]
     )
-    curve = curve_of(points, machine.active)
+    curve = curve_of(points, robot.active)
     largest = np.broadcast_to(
         real_array("jerk", jerk),
         points[0].shape,
     )
     if not (largest > 0.0).all():
         raise InputError(f"jerk is {largest.tolist()}; expected numbers above zero")
-    constraints = Constraints(machine, curve, loads, None, checked_share(share))
+    constraints = Constraints(robot, curve, loads, None, checked_share(share))
     search = search_of(constraints)
     search.check_path()
     at_start = curve.at(np.zeros(1), 1)
@@ -119,7 +119,7 @@ def point_to_point(
     s, ds, dds = profile.at(_grid(profile))
     state = constraints.state(s, ds**2)
     ddu = curve.at(s, 1) * dds[:, None]
-    tau = machine.inverse_dynamics(state, ddu, loads)
+    tau = robot.inverse_dynamics(state, ddu, loads)
     constraints.check_idle(tau)
     margins = margins_of(constraints.limits, state, tau, ddu)
     return JerkLimitedMotion(curve, profile, margins, at_limit(margins, share))

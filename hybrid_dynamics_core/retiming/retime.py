@@ -1,4 +1,4 @@
-"""Time-optimal motions along paths under all limits of a machine."""
+"""Time-optimal motions along paths under all limits of a robot."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ..limits import LimitMargins
 from ..limits.margins import margins_of
 from .constraints import Constraints, Rows
 from .curve import Curve, Trajectory, curve_of
-from .machine import Machine
 from .motion import TimedMotion, accelerations, times_of
 from .profile import BlockedError, fastest_profile
+from .robot_interface import RetimedRobot
 
 STATIONS = 200
 _INSIDE = 12  # pieces of a stretch at whose ends constraints are checked
@@ -37,7 +37,7 @@ _FLOOR = 1e-4  # least s'^2 at which tangents are taken, over the largest
 
 
 def retime(
-    machine: Machine,
+    robot: RetimedRobot,
     path: ArrayLike | Trajectory,
     loads: Loads | None = None,
     *,
@@ -52,7 +52,7 @@ def retime(
     on a fine grid, `margins`. Accelerations may jump.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         path: positions (N, n) of the active joints [rad or m], through which a smooth curve goes;
             or a trajectory, whose times do not matter.
         loads: loads besides the actuators; those of the description if None.
@@ -70,8 +70,8 @@ def retime(
     used = checked_share(share)
     if not int(stations) == stations >= 2:
         raise InputError(f"stations is {stations}; expected a whole number of 2 or more")
-    curve = curve_of(path, machine.active)
-    constraints = Constraints(machine, curve, loads, near, used)
+    curve = curve_of(path, robot.active)
+    constraints = Constraints(robot, curve, loads, near, used)
     search = search_of(constraints, int(stations))
     search.check_path()
     return search.motion(loads)
@@ -154,13 +154,13 @@ class Search:
         raise self._not_held(state, worst, float(dense[worst]))
 
     def _not_held(self, state: ClosedState, worst: int, s: float) -> InputError:
-        """The error for a place at which the drives cannot hold the machine."""
-        machine = self.constraints.machine
-        one = machine.close(
+        """The error for a place at which the drives cannot hold the robot."""
+        robot = self.constraints.robot
+        one = robot.close(
             state.u[worst],
             near=self.constraints.near,
         )
-        tau = machine.inverse_dynamics(
+        tau = robot.inverse_dynamics(
             one,
             np.zeros_like(one.u),
             self.constraints.loads,
@@ -168,8 +168,8 @@ class Search:
         margins = margins_of(self.constraints.limits, one, tau)
         texts = [margin.text for margin in margins.beyond]
         what = "; ".join(texts) or "less than the given share of a limit is needed"
-        problem = f"{self.curve.between(s)}, the drives cannot hold {machine.name} at rest: {what}"
-        warnings = [text for text in machine.description.warnings if "are these bar?" in text]
+        problem = f"{self.curve.between(s)}, the drives cannot hold {robot.name} at rest: {what}"
+        warnings = [text for text in robot.description.warnings if "are these bar?" in text]
         return InputError(". ".join([problem, *warnings]))
 
     # -- search
@@ -303,7 +303,7 @@ class Search:
         slope = self.curve.at(self.fine, 1)
         curvature = self.curve.at(self.fine, 2)
         ddu = slope * dds[:, None] + curvature * squares[:, None]
-        tau = self.constraints.machine.inverse_dynamics(state, ddu, loads)
+        tau = self.constraints.robot.inverse_dynamics(state, ddu, loads)
         self.constraints.check_idle(tau)
         margins = margins_of(self.constraints.limits, state, tau, ddu)
         times = times_of(self.s, x)

@@ -17,25 +17,25 @@ Key = tuple[str, str]  # kind and name of a place
 MASS: Final[Key] = ("mass", "")
 
 
-def places_on(robot: RobotDescription, link: str) -> dict[Key, Array]:
+def places_on(description: RobotDescription, link: str) -> dict[Key, Array]:
     """Places (3,) on a link, in its frame [m]."""
     places: dict[Key, Array] = {}
-    for joint in robot.joints.values():
+    for joint in description.joints.values():
         if joint.parent == link:
             places["joint", joint.name] = joint.translation
-    for closure in robot.closures:
+    for closure in description.closures:
         for frame in closure.frames():
             if frame.link == link:
                 places["closure", closure.name] = frame.translation
-    places |= _frames_on(robot, link)
-    if link in robot.links:
-        places[MASS] = robot.links[link].com
+    places |= _frames_on(description, link)
+    if link in description.links:
+        places[MASS] = description.links[link].com
     return places
 
 
-def _frames_on(robot: RobotDescription, link: str) -> dict[Key, Array]:
+def _frames_on(description: RobotDescription, link: str) -> dict[Key, Array]:
     places: dict[Key, Array] = {}
-    for name, frame in robot.frames.items():
+    for name, frame in description.frames.items():
         if frame.link == link:
             places["frame", name] = frame.translation
     return places

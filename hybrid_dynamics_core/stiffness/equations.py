@@ -15,9 +15,9 @@ from ..ground.arrays import Array
 from .attachments import Key
 from .drive_springs import drive_compliance
 from .held import HELD, held_by
-from .machine import Machine
 from .places import Places
 from .posed_tree import PosedTree
+from .robot_interface import ElasticRobot
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Equation:
 
 
 def equations_of(
-    machine: Machine,
+    robot: ElasticRobot,
     tree: PosedTree,
     elasticity: Elasticity,
     places: Places,
@@ -44,7 +44,7 @@ def equations_of(
     """All equations of a robot with locked drives.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         tree: its tree at a state.
         elasticity: what of it is elastic.
         places: twists of places on its links.
@@ -53,9 +53,9 @@ def equations_of(
         InputError: a spring cannot be counted.
     """
     equations: list[Equation] = []
-    for closure in tree.robot.closures:
+    for closure in tree.description.closures:
         equations += _of_closure(tree, closure, elasticity, places)
-    drives = _Drives(machine, tree, elasticity, _size(places))
+    drives = _Drives(robot, tree, elasticity, _size(places))
     equations += drives.followers()
     equations += drives.locked()
     equations += drives.springs()
@@ -93,12 +93,12 @@ class _Drives:
 
     def __init__(
         self,
-        machine: Machine,
+        robot: ElasticRobot,
         tree: PosedTree,
         elasticity: Elasticity,
         size: int,
     ) -> None:
-        self.machine = machine
+        self.robot = robot
         self.tree = tree
         self.elasticity = elasticity
         self.size = size
@@ -106,7 +106,7 @@ class _Drives:
     def followers(self) -> list[Equation]:
         """Joints that follow others."""
         equations: list[Equation] = []
-        for name, mimic in self.tree.robot.mimics.items():
+        for name, mimic in self.tree.description.mimics.items():
             factors = {name: 1.0}
             for source, multiplier in mimic.multipliers.items():
                 factors[source] = factors.get(source, 0.0) - multiplier
@@ -115,9 +115,9 @@ class _Drives:
 
     def locked(self) -> list[Equation]:
         """Drives, which are locked behind their springs."""
-        transmissions = self.tree.robot.transmissions
+        transmissions = self.tree.description.transmissions
         equations: list[Equation] = []
-        for name in self.machine.all_drives:
+        for name in self.robot.all_drives:
             factors: Mapping[str, float] = {name: 1.0}
             if name in transmissions:
                 factors = transmissions[name].multipliers
@@ -126,9 +126,9 @@ class _Drives:
 
     def springs(self) -> list[Equation]:
         """Springs of the description, which act along joints."""
-        turning = self.tree.robot.angles_in_rows
+        turning = self.tree.description.angles_in_rows
         equations: list[Equation] = []
-        for name, effect in self.tree.robot.effects.items():
+        for name, effect in self.tree.description.effects.items():
             if not effect.stiffness:
                 continue
             if effect.stiffness < 0.0 or name in turning:
@@ -147,23 +147,23 @@ class _Drives:
         drive = self.elasticity.drive(name)
         if drive is None:
             return Equation(f"drives.{name}", row, 0.0)
-        joint = self.tree.robot.joints.get(name)
+        joint = self.tree.description.joints.get(name)
         position = 0.0
         turns = False
         if joint is not None:
             position = self._position(name)
             turns = joint.type == "revolute"
-        cylinder = self.tree.robot.actuators.get(name)
+        cylinder = self.tree.description.actuators.get(name)
         compliance = drive_compliance(name, drive, position, cylinder, turns=turns)
         return Equation(f"drives.{name}", row, math.sqrt(compliance))
 
     def _position(self, joint: str) -> float:
-        k = self.machine.coordinates.index(joint)
+        k = self.robot.coordinates.index(joint)
         return float(self.tree.s[k])
 
     def _row(self, factors: Mapping[str, float]) -> Array:
         row = np.zeros(self.size)
         for joint, factor in factors.items():
-            k = self.machine.coordinates.index(joint)
+            k = self.robot.coordinates.index(joint)
             row[k] = factor
         return row

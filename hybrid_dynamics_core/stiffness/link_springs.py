@@ -92,11 +92,11 @@ class _Line(NamedTuple):
         return LinkSpring(self.start + high * along, np.vstack([linear, angular]))
 
 
-def link_flex(robot: RobotDescription, link: str, elasticity: LinkElasticity) -> LinkFlex:
+def link_flex(description: RobotDescription, link: str, elasticity: LinkElasticity) -> LinkFlex:
     """The springs of an elastic link.
 
     Args:
-        robot: the robot.
+        description: the robot.
         link: name of the link.
         elasticity: its beams or matrix.
 
@@ -104,7 +104,7 @@ def link_flex(robot: RobotDescription, link: str, elasticity: LinkElasticity) ->
         InputError: a place is not on the link, a beam has no length, or it begins where no beam
             before it ends.
     """
-    places = places_on(robot, link)
+    places = places_on(description, link)
     if isinstance(elasticity, LinkMatrix):
         at = point_on(places, elasticity.at, link)
         spring = LinkSpring(at, factor_of_stiffness(elasticity.matrix))

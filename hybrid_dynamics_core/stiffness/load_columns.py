@@ -9,16 +9,16 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.suggestions import no_such_name
 from .attachments import MASS
-from .machine import Machine
 from .posed_tree import Pose
+from .robot_interface import ElasticRobot
 from .structure import Structure
 
 
-def load_column(machine: Machine, structure: Structure, loads: Loads) -> Array:
+def load_column(robot: ElasticRobot, structure: Structure, loads: Loads) -> Array:
     """Generalised forces (n_s + n_e,) of weights, payloads, wrenches and springs.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         structure: its elastic structure.
         loads: the loads.
 
@@ -27,10 +27,10 @@ def load_column(machine: Machine, structure: Structure, loads: Loads) -> Array:
     """
     column = _weights(structure, loads.gravity)
     for frame in loads.payloads:
-        _require_frame(machine, frame)
+        _require_frame(robot, frame)
         column += _payloads(structure, loads, frame)
     for frame, wrench in loads.wrenches.items():
-        _require_frame(machine, frame)
+        _require_frame(robot, frame)
         column += _wrench(structure, frame, wrench)
     effects = loads.effects
     stretch = structure.tree.s - effects.rest
@@ -39,17 +39,17 @@ def load_column(machine: Machine, structure: Structure, loads: Loads) -> Array:
     return column
 
 
-def _require_frame(machine: Machine, frame: str) -> None:
-    if frame not in machine.frames:
-        raise InputError(no_such_name("frame", frame, machine.frames))
+def _require_frame(robot: ElasticRobot, frame: str) -> None:
+    if frame not in robot.frames:
+        raise InputError(no_such_name("frame", frame, robot.frames))
 
 
 def _weights(structure: Structure, gravity: Array) -> Array:
     """Weights of the links, without what is compensated."""
-    robot = structure.tree.robot
+    description = structure.tree.description
     column = np.zeros(structure.size)
     for body, link in enumerate(structure.tree.tree.bodies):
-        data = robot.links[link.name]
+        data = description.links[link.name]
         pose = structure.tree.pose(body)
         twists = structure.places[body, MASS]
         weight = data.mass * gravity

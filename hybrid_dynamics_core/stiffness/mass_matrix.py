@@ -9,25 +9,25 @@ from ..description.model import Link
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 from .attachments import MASS
-from .machine import Machine
 from .posed_tree import Pose, skew
+from .robot_interface import ElasticRobot
 from .structure import Structure
 
 
-def mass_matrix(machine: Machine, structure: Structure, loads: Loads) -> Array:
+def mass_matrix(robot: ElasticRobot, structure: Structure, loads: Loads) -> Array:
     """Mass matrix (n_s + n_e, n_s + n_e) over joints and deformations [kg, kg m, kg m^2].
 
     Rotors of locked drives stand still; those of other joints count.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         structure: its elastic structure.
         loads: only payloads and rotors count.
     """
     tree = structure.tree
     mass = np.zeros((structure.size, structure.size))
     for body, link in enumerate(tree.tree.bodies):
-        data = tree.robot.links[link.name]
+        data = tree.description.links[link.name]
         twists = structure.places[body, MASS]
         pose = tree.pose(body)
         mass += _of_body(data, twists, pose)
@@ -37,8 +37,8 @@ def mass_matrix(machine: Machine, structure: Structure, loads: Loads) -> Array:
         pose = Pose(rotation, place.origin)
         for payload in payloads:
             mass += _of_body(payload, twists, pose)
-    for k, name in enumerate(machine.coordinates):
-        if name not in machine.all_drives:
+    for k, name in enumerate(robot.coordinates):
+        if name not in robot.all_drives:
             mass[k, k] += loads.effects.armature[k]
     return mass
 

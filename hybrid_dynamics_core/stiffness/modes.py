@@ -12,8 +12,8 @@ from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array
 from .equilibrium import RANK, Equilibrium
-from .machine import Machine
 from .mass_matrix import mass_matrix
+from .robot_interface import ElasticRobot
 from .structure import Structure
 
 MASSLESS = 1e-12  # 1 / omega^2 over the largest one, below which a mode has no mass
@@ -38,14 +38,14 @@ class Modes:
     energy_by_element: Mapping[str, Array]
 
 
-def modes_of(machine: Machine, solved: Equilibrium, loads: Loads) -> Modes:
+def modes_of(robot: ElasticRobot, solved: Equilibrium, loads: Loads) -> Modes:
     """The modes of a structure.
 
     With q = B y on the equations, energy is y^T y / 2. So 1 / omega^2 are the eigenvalues of
     B^T M B. Free motions, which no spring holds, are eliminated: they follow without force.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         solved: its equilibrium.
         loads: only payloads count.
 
@@ -53,7 +53,7 @@ def modes_of(machine: Machine, solved: Equilibrium, loads: Loads) -> Modes:
         InputError: nothing that moves has a mass.
     """
     structure = solved.structure
-    mass = mass_matrix(machine, structure, loads)
+    mass = mass_matrix(robot, structure, loads)
     shapes = _deformations(solved)
     moved = solved.joint_displacements(shapes)
     basis = _with_free(solved, mass, np.vstack([moved, shapes]))
@@ -102,7 +102,7 @@ def _with_free(solved: Equilibrium, mass: Array, basis: Array) -> Array:
 def _links(structure: Structure, motions: Array) -> dict[str, Array]:
     """Displacements (k, 6) of each link."""
     moved: dict[str, Array] = {}
-    for link in structure.tree.robot.links:
+    for link in structure.tree.description.links:
         pose, twists = structure.twists_of_link(link)
         displacements = pose.displacements(twists @ motions)
         moved[link] = displacements.T

@@ -48,7 +48,7 @@ def _attach(
     """Add the places on a body, which move with the springs between them and its joint."""
     root = places[body, ROOT]
     flex = joints.flexes.get(body)
-    for key in places_on(tree.robot, _name(tree, body)):
+    for key in places_on(tree.description, _name(tree, body)):
         places[body, key] = root
         if flex is None:
             continue
@@ -69,5 +69,5 @@ def _add(twists: Array, joints: VirtualJoints, indices: list[int]) -> None:
 def _name(tree: PosedTree, body: int) -> str:
     """Name of the link of a body."""
     if body < 0:
-        return tree.robot.base
+        return tree.description.base
     return tree.tree.bodies[body].name

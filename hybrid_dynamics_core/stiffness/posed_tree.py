@@ -59,14 +59,14 @@ class PosedTree:
     """The spanning tree of a robot at a state.
 
     Attributes:
-        robot: description of the robot.
+        description: description of the robot.
         tree: its spanning tree.
         length: distance from the base origin to the farthest joint, at least a tenth [m].
         s: all coordinates (n_s,) [rad, m].
     """
 
-    def __init__(self, robot: RobotDescription, tree: Tree, state: ClosedState) -> None:
-        self.robot = robot
+    def __init__(self, description: RobotDescription, tree: Tree, state: ClosedState) -> None:
+        self.description = description
         self.tree = tree
         self.s = state.s
         charts = state.signs[len(state.signs) - len(tree.charts) :]
@@ -117,10 +117,10 @@ class PosedTree:
         return Pose(outer @ basis.T, place)
 
 
-def posed(robot: RobotDescription, state: ClosedState) -> PosedTree:
+def posed(description: RobotDescription, state: ClosedState) -> PosedTree:
     """The spanning tree of a description at a state."""
-    tree = build_tree(robot)
-    return PosedTree(robot, tree, state)
+    tree = build_tree(description)
+    return PosedTree(description, tree, state)
 
 
 def skew(vector: Array) -> Array:

@@ -20,9 +20,9 @@ from ..ground.suggestions import no_such_name
 from .check_names import check_names
 from .equilibrium import Equilibrium, equilibrium
 from .load_columns import load_column
-from .machine import Machine
 from .modes import Modes, modes_of
 from .posed_tree import posed
+from .robot_interface import ElasticRobot
 from .structure import build_structure
 
 RIGID = 1e-18  # compliance over the largest one, at one length, below which a direction is rigid
@@ -64,7 +64,7 @@ class Stiffness:
 
     def __init__(
         self,
-        machine: Machine,
+        robot: ElasticRobot,
         state: ClosedState,
         elasticity: Elasticity | None = None,
         frame: str | None = None,
@@ -72,7 +72,7 @@ class Stiffness:
         """Stiffness of a robot at a state.
 
         Args:
-            machine: the robot.
+            robot: the robot.
             state: one closed state.
             elasticity: compliance of drives, pins and links; that of the description if None.
             frame: name of the frame; the end effector if None.
@@ -83,25 +83,25 @@ class Stiffness:
             SingularityError: the drives do not hold the frame at this state.
         """
         require_type("state", state, ClosedState, "robot.close(u)")
-        if not machine.owns(state):
+        if not robot.owns(state):
             raise InputError("the state belongs to another robot; close the loops of this one")
         if state.u.ndim != 1:
             raise InputError("stiffness is that of one state; expected no batch")
-        elasticity = machine.description.stiffness if elasticity is None else elasticity
+        elasticity = robot.description.stiffness if elasticity is None else elasticity
         require_type("elasticity", elasticity, Elasticity, "Elasticity(drives={...})")
         if not elasticity:
             raise InputError(
                 "nothing of the robot is elastic; give a section `stiffness` in its file,"
                 " Elasticity(drives={...}) in Python, or --drive NAME=STIFFNESS on the command line"
             )
-        check_names(machine, elasticity)
-        self.frame = machine.end_effector if frame is None else frame
-        if self.frame not in machine.frames:
-            raise InputError(no_such_name("frame", self.frame, machine.frames))
-        self._machine = machine
+        check_names(robot, elasticity)
+        self.frame = robot.end_effector if frame is None else frame
+        if self.frame not in robot.frames:
+            raise InputError(no_such_name("frame", self.frame, robot.frames))
+        self._robot = robot
         self._state = state
-        tree = posed(machine.description, state)
-        structure = build_structure(machine, tree, elasticity)
+        tree = posed(robot.description, state)
+        structure = build_structure(robot, tree, elasticity)
         self._solved = equilibrium(structure)
         self._pose, self._twists = structure.twists(self.frame)
         unit = self._pose.displacements(self._twists).T
@@ -214,9 +214,9 @@ class Stiffness:
             InputError: a load is a batch, or on a frame that is not there.
             SingularityError: the drives do not hold the loads.
         """
-        loads = self._machine.loads if loads is None else loads
+        loads = self._robot.loads if loads is None else loads
         require_type("loads", loads, Loads, "robot.loads")
-        column = load_column(self._machine, self._solved.structure, loads)
+        column = load_column(self._robot, self._solved.structure, loads)
         self._require_held(column, "the load")
         return self._deflection(self._solved.deformations(column[:, None])[:, 0])
 
@@ -229,9 +229,9 @@ class Stiffness:
         Raises:
             InputError: nothing that moves has a mass.
         """
-        loads = self._machine.loads if loads is None else loads
+        loads = self._robot.loads if loads is None else loads
         require_type("loads", loads, Loads, "robot.loads")
-        return modes_of(self._machine, self._solved, loads)
+        return modes_of(self._robot, self._solved, loads)
 
     def _deflection(self, deformations: Array) -> Deflection:
         """The deflection of deformations (n_e,) in coordinates of unit stiffness."""
@@ -267,9 +267,7 @@ class Stiffness:
         free = self._solved.free
         moving = np.abs(free / self._solved.scale[:, None]).max(axis=1)
         names = [
-            name
-            for name, size in zip(self._machine.coordinates, moving, strict=True)
-            if size > MOVES
+            name for name, size in zip(self._robot.coordinates, moving, strict=True) if size > MOVES
         ]
         raise SingularityError(
             f"the drives do not hold {what} here: {', '.join(names)} move without any spring;"
@@ -284,14 +282,14 @@ def link_displacements(solved: Equilibrium, deformations: Array) -> dict[str, Ar
     structure = solved.structure
     full = np.concatenate([solved.joint_displacements(deformations), deformations])
     moved: dict[str, Array] = {}
-    for link in structure.tree.robot.links:
+    for link in structure.tree.description.links:
         pose, twists = structure.twists_of_link(link)
         moved[link] = pose.displacements(twists @ full[:, None])[:, 0]
     return moved
 
 
 def stiffness_at(
-    machine: Machine,
+    robot: ElasticRobot,
     state: ClosedState,
     elasticity: Elasticity | None = None,
     frame: str | None = None,
@@ -299,7 +297,7 @@ def stiffness_at(
     """Stiffness of a frame at a state, with drives locked.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         state: one closed state.
         elasticity: compliance of drives, pins and links; that of the description if None.
         frame: name in `frames`; the end effector if None.
@@ -312,4 +310,4 @@ def stiffness_at(
             elastic.
         SingularityError: the drives do not hold the frame at this state.
     """
-    return Stiffness(machine, state, elasticity, frame)
+    return Stiffness(robot, state, elasticity, frame)

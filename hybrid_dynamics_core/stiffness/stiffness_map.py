@@ -14,7 +14,7 @@ from ..ground.check_arguments import integer
 from ..ground.check_arrays import finite_vectors, real_array
 from ..ground.suggestions import no_such_name
 from .drive_springs import PistonError
-from .machine import Machine
+from .robot_interface import ElasticRobot
 from .stiffness import Stiffness
 
 INSET = 1e-6  # share of a range, since rounding may put its very ends outside
@@ -46,7 +46,7 @@ class StiffnessMap:
 
 
 def stiffness_map(  # noqa: PLR0913 - options of one map
-    machine: Machine,
+    robot: ElasticRobot,
     joints: tuple[str, str],
     force: ArrayLike,
     *,
@@ -58,7 +58,7 @@ def stiffness_map(  # noqa: PLR0913 - options of one map
     """How far a frame gives way under a force on it, over two joints.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         joints: the two active joints that move, over their limits.
         force: (3,) on the frame, base axes [N].
         u: (n,) where the other active joints stay [rad, m]; the reference if None.
@@ -73,20 +73,20 @@ def stiffness_map(  # noqa: PLR0913 - options of one map
     if load.shape != (3,) or not np.isfinite(load).all():
         raise InputError(f"force has shape {load.shape}; expected 3 finite numbers")
     count = integer("cells", cells, 2)
-    start = machine.reference
+    start = robot.reference
     if u is not None:
-        start = finite_vectors("u", u, machine.active, -1)
-    grid = _grid(machine, joints, start, count)
+        start = finite_vectors("u", u, robot.active, -1)
+    grid = _grid(robot, joints, start, count)
     place = np.full((*grid.shape[:2], 3), np.nan)
     moved = np.full(grid.shape[:2], np.nan)
     leading = np.full(grid.shape[:2], -1)
     elements: tuple[str, ...] = ()
-    batch = machine.close(grid.reshape(-1, len(start)), check=False)
+    batch = robot.close(grid.reshape(-1, len(start)), check=False)
     status = np.reshape(batch.status, grid.shape[:2])
     for index in zip(*np.nonzero(status == 0), strict=True):
-        state = machine.close(grid[index])
+        state = robot.close(grid[index])
         try:
-            stiffness = Stiffness(machine, state, elasticity, frame)
+            stiffness = Stiffness(robot, state, elasticity, frame)
         except (PistonError, SingularityError):  # no oil, or nothing holds it here
             continue
         elements = stiffness.elements
@@ -98,7 +98,7 @@ def stiffness_map(  # noqa: PLR0913 - options of one map
     return StiffnessMap(joints, grid, place, moved, leading, elements, load)
 
 
-def _grid(machine: Machine, joints: tuple[str, str], start: Array, count: int) -> Array:
+def _grid(robot: ElasticRobot, joints: tuple[str, str], start: Array, count: int) -> Array:
     """States (c, c, n) over the limits of two joints."""
     given = [*joints]
     if len(given) != 2 or given[0] == given[1]:
@@ -106,10 +106,10 @@ def _grid(machine: Machine, joints: tuple[str, str], start: Array, count: int) -
     lines: list[Array] = []
     columns: list[int] = []
     for name in joints:
-        if name not in machine.active:
-            raise InputError(f"joints: {no_such_name('active joint', name, machine.active)}")
-        k = machine.active.index(name)
-        low, high = machine.limits[k]
+        if name not in robot.active:
+            raise InputError(f"joints: {no_such_name('active joint', name, robot.active)}")
+        k = robot.active.index(name)
+        low, high = robot.limits[k]
         if not np.isfinite(high - low):
             raise InputError(f"joints: '{name}' has no limits; expected a joint with limits")
         inset = INSET * (high - low)

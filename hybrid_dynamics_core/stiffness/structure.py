@@ -20,9 +20,9 @@ from ..description.elasticity import Elasticity
 from ..ground.arrays import Array
 from .attachments import Key
 from .equations import Equation, equations_of
-from .machine import Machine
 from .places import ROOT, Places, places_of
 from .posed_tree import Pose, PosedTree
+from .robot_interface import ElasticRobot
 from .virtual_joints import virtual_joints
 
 
@@ -56,10 +56,10 @@ class Structure:
 
     def twists(self, frame: str) -> tuple[Pose, Array]:
         """Pose of a frame with base axes, and its twists (6, n_s + n_e) about the base origin."""
-        robot = self.tree.robot
-        if frame not in robot.frames:
+        description = self.tree.description
+        if frame not in description.frames:
             return self.twists_of_link(frame)
-        on = robot.frames[frame]
+        on = description.frames[frame]
         body = self.tree.tree.body_index(on.link)
         carrier = self.tree.pose(body)
         origin = carrier.point(on.translation)
@@ -74,14 +74,14 @@ class Structure:
 
     def frame_rotation(self, frame: str) -> Array:
         """Rotation (3, 3) of a frame in the base frame."""
-        robot = self.tree.robot
+        description = self.tree.description
         link = frame
-        if frame in robot.frames:
-            link = robot.frames[frame].link
+        if frame in description.frames:
+            link = description.frames[frame].link
         body = self.tree.tree.body_index(link)
         rotation = self.tree.pose(body).rotation
-        if frame in robot.frames:
-            rotation = rotation @ robot.frames[frame].rotation
+        if frame in description.frames:
+            rotation = rotation @ description.frames[frame].rotation
         return rotation
 
 
@@ -89,11 +89,11 @@ def _in_base_axes(origin: Array) -> Pose:
     return Pose(np.eye(3), origin)
 
 
-def build_structure(machine: Machine, tree: PosedTree, elasticity: Elasticity) -> Structure:
+def build_structure(robot: ElasticRobot, tree: PosedTree, elasticity: Elasticity) -> Structure:
     """The elastic structure of a robot at a state.
 
     Args:
-        machine: the robot.
+        robot: the robot.
         tree: its tree at the state.
         elasticity: what of it is elastic.
 
@@ -102,7 +102,7 @@ def build_structure(machine: Machine, tree: PosedTree, elasticity: Elasticity) -
     """
     joints = virtual_joints(tree, elasticity)
     places = places_of(tree, joints)
-    equations = equations_of(machine, tree, elasticity, places)
+    equations = equations_of(robot, tree, elasticity, places)
     sprung = [equation for equation in equations if equation.deformation > 0.0]
     names = [joint.name for joint in joints.deformations]
     names += [equation.name for equation in sprung]

@@ -80,7 +80,7 @@ def _add_link(joints: VirtualJoints, tree: PosedTree, name: str, elasticity: Ela
     if link is None:
         return
     body = tree.tree.body_index(name)
-    flex = link_flex(tree.robot, name, link)
+    flex = link_flex(tree.description, name, link)
     pose = tree.pose(body)
     indices: list[list[int]] = []
     for spring in flex.springs:

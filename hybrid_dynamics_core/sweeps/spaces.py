@@ -217,12 +217,8 @@ def listed(data: str | Path | Mapping[str, Sequence[float] | Array]) -> Listed:
         InputError: the file cannot be read, or a cell is empty or no number.
     """
     table = table_of(data, units_of=_any_units)
-    rows = np.stack(list(table.columns.values()), axis=1)
-    if not np.isfinite(rows).all():
-        row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
-        name = list(table.columns)[column]
-        raise InputError(f"{table.row(row)}: {name} is empty; expected a number")
-    return Listed(tuple(table.columns), rows)
+    names = tuple(table.columns)
+    return Listed(names, table.rows(names))
 
 
 def _any_units(name: str) -> Sequence[str]:  # noqa: ARG001 - one answer for all columns

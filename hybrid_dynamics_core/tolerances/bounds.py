@@ -46,19 +46,19 @@ def farthest(balls: Sequence[Ball], shift: Array) -> Array:
 
 
 def _farthest(balls: Sequence[Ball], shift: Array) -> Array:
-    """The same of few rows."""
+    """`farthest` of few rows: from the best directions of a sphere, uphill to a fixed point."""
     count = len(shift)
     directions = np.broadcast_to(_sphere(DIRECTIONS), (count, DIRECTIONS, 3))
     points = _farthest_along(balls, shift, directions)
     along = np.einsum("nak,nak->na", directions, points)
     order = np.argsort(-along, axis=1)
     starts = order[:, :STARTS, None]
-    ways = np.take_along_axis(directions, starts, axis=1)
-    points = _farthest_along(balls, shift, ways)
+    directions = np.take_along_axis(directions, starts, axis=1)
+    points = _farthest_along(balls, shift, directions)
     for _ in range(ROUNDS):
         lengths = np.linalg.norm(points, axis=2, keepdims=True)
-        ways = points / np.maximum(lengths, TINY)
-        points = _farthest_along(balls, shift, ways)
+        directions = points / np.maximum(lengths, TINY)
+        points = _farthest_along(balls, shift, directions)
     lengths = np.linalg.norm(points, axis=2)
     chosen = np.argmax(lengths, axis=1)
     best = points[np.arange(count), chosen]
@@ -66,16 +66,15 @@ def _farthest(balls: Sequence[Ball], shift: Array) -> Array:
     return np.where(is_larger[:, None], best, shift)
 
 
-def _farthest_along(balls: Sequence[Ball], shift: Array, ways: Array) -> Array:
+def _farthest_along(balls: Sequence[Ball], shift: Array, directions: Array) -> Array:
     """The point (N, a, 3) of the set that is farthest along each direction (N, a, 3)."""
-    count = ways.shape[1]
+    count = directions.shape[1]
     points = np.repeat(shift[:, None], count, axis=1)
     for sensitivity, radius in balls:
-        along = ways @ sensitivity
-        lengths = np.linalg.norm(along, axis=2, keepdims=True)
-        unit = along / np.maximum(lengths, TINY)
-        back = np.swapaxes(sensitivity, 1, 2)
-        points += radius * (unit @ back)
+        gradients = directions @ sensitivity
+        lengths = np.linalg.norm(gradients, axis=2, keepdims=True)
+        variables = radius * gradients / np.maximum(lengths, TINY)
+        points += variables @ np.swapaxes(sensitivity, 1, 2)
     return points
 
 
@@ -107,13 +106,13 @@ class _NormalErrors:
         variances = np.maximum(values, 0.0)
         means = np.einsum("nik,ni->nk", vectors, shift)
         directions, self.weights = _quadrature()
-        roots = np.sqrt(variances)
-        ways = directions * roots[:, None]
+        deviations = np.sqrt(variances)
+        stretched = directions * deviations[:, None]
         self.length = np.linalg.norm(shift, axis=1)
         self.deviation = np.sqrt(variances.sum(axis=1))
         # of the equation square d^2 + 2 along d + length^2 = size^2 for the distance d
-        self.square = np.einsum("nqk,nqk->nq", ways, ways)
-        self.along = np.einsum("nqk,nk->nq", ways, means)
+        self.square = np.einsum("nqk,nqk->nq", stretched, stretched)
+        self.along = np.einsum("nqk,nk->nq", stretched, means)
 
     def quantile(self, confidence: float) -> Array:
         """The size (N,) by bisection; Chebyshev's inequality bounds it."""

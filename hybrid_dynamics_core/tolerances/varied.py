@@ -14,8 +14,8 @@ import numpy as np
 from ..algebra.live import Live, bound, live_numbers
 from ..calibration.adjustable import OUTSIDE, AdjustableRobot, FreeParameter
 from ..calibration.closed_rows import ClosedRows, Geometry, closed_near
+from ..calibration.free_robot import FreeRobot, charts_of
 from ..calibration.loop_choices import LoopChoices, with_four_bars
-from ..calibration.machine import Machine, charts_of
 from ..closure.constraints.equations import LoopEquations
 from ..closure.constraints.from_description import loop_equations
 from ..description.geometry import Transform
@@ -108,7 +108,7 @@ class VariedRobot:
             if isinstance(entry, Play):
                 pin = pin_of(name, robot.description, self._tree)
                 self._add(Variable(name, entry, self._next(pin.ways.shape[1]), "m", pin))
-        self._machine = self._checked_machine()
+        self._free_robot = self._checked_free_robot()
         self._graph = Graph()
         choices = LoopChoices(self._adjustable, self._parameters, robot.description)
         self._live = self._built(choices.general, ())
@@ -157,17 +157,17 @@ class VariedRobot:
 
     # -- geometry
 
-    def _checked_machine(self) -> Machine | None:
+    def _checked_free_robot(self) -> FreeRobot | None:
         """The robot of the description with other numbers; None if none varies."""
         if not self._parameters:
             return None
         try:
-            machine = Machine(self._adjustable, self._parameters)
+            free_robot = FreeRobot(self._adjustable, self._parameters)
         except InputError as error:
             raise InputError(str(error).replace("free:", "tolerances:", 1)) from error
-        for k, problem in machine.fixed.items():
+        for k, problem in free_robot.fixed.items():
             raise InputError(f"tolerances: {self._parameters[k].name} cannot change: {problem}")
-        return machine
+        return free_robot
 
     def _built(self, general: Collection[str], displaced: Sequence[Variable]) -> _Live:
         """The geometry with live numbers.
@@ -262,7 +262,7 @@ class VariedRobot:
         Raises:
             InputError: a number is used in a way that live numbers do not follow.
         """
-        if self._machine is None:
+        if self._free_robot is None:
             return
         rows = self.closed(self.robot.reference[None])
         for k, parameter in enumerate(self._parameters):
@@ -272,14 +272,15 @@ class VariedRobot:
 
     def _described(self, k: int) -> tuple[Array, Geometry]:
         """A change of the k-th number (m,), and the geometry of the description with it."""
-        assert self._machine is not None  # noqa: S101
+        free_robot = self._free_robot
+        assert free_robot is not None  # noqa: S101
         change = np.zeros(self.count)
         change[k] = PROBE
         try:
-            return change, self._machine.geometry(self._machine.start + change[: self.numbers])
+            return change, free_robot.geometry(free_robot.start + change[: self.numbers])
         except DescriptionError:  # possible on one side only
             change[k] = -PROBE
-            return change, self._machine.geometry(self._machine.start + change[: self.numbers])
+            return change, free_robot.geometry(free_robot.start + change[: self.numbers])
 
     @property
     def numbers(self) -> int:

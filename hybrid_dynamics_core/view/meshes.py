@@ -11,11 +11,11 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from ..ground.arrays import Array
 from ..scene.parts import across_axis
+from ..scene.visuals.primitives import Faces
 
 AROUND: Final = 40  # corners of a circle
 SWEEP: Final = 4.6  # [rad] angle of an arrow around an axis
@@ -23,7 +23,6 @@ CHAMFER: Final = 0.12  # share of the radius, at edges of bodies of revolution
 _HEAD: Final = 0.55  # [rad] angle of that arrow's head
 _AROUND_RING: Final = 16  # corners of that arrow's cross section
 
-Faces = NDArray[np.int64]
 Corner = tuple[float, float]  # (radius, height)
 
 
@@ -198,11 +197,11 @@ def frame_open(axis: Array, toward: Array) -> Array:
 
 def _ball(rings: int = 7, around: int = 20) -> Array:
     """Points (k, 3) of the unit sphere."""
-    heights = np.linspace(0.0, np.pi, rings + 2)[1:-1]
+    polar_angles = np.linspace(0.0, np.pi, rings + 2)[1:-1]
     angles = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
     points = [(0.0, 0.0, 1.0)]
-    for height in heights:
-        radius, z = np.sin(height), np.cos(height)
+    for polar_angle in polar_angles:
+        radius, z = np.sin(polar_angle), np.cos(polar_angle)
         points += [(radius * np.cos(a), radius * np.sin(a), z) for a in angles]
     points.append((0.0, 0.0, -1.0))
     return np.array(points)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -152,7 +152,7 @@ def read_columns(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
     try:
         if path.suffix == ".npz":
             return _read_npz(path, robot)
-        return _read_csv(path), []
+        return csv_columns(path), []
     except UnicodeDecodeError as error:
         raise BagError(f"{path}: is not in UTF-8; expected {TRAJECTORY}") from error
     except (OSError, ValueError, IndexError, KeyError) as error:
@@ -215,16 +215,29 @@ def _table(columns: Columns, names: Sequence[str]) -> FloatArray:
     return np.stack([columns[name] for name in names], axis=-1)
 
 
-def _read_csv(path: Path) -> Columns:
+def csv_columns(path: Path, number: Callable[[str], float] | None = None) -> Columns:
+    """The columns of a CSV file with a header.
+
+    Args:
+        path: the file.
+        number: the number in a cell; if None, every cell has one.
+
+    Raises:
+        ValueError: a cell is no number, two names are the same, or no row has a cell for each.
+    """
     with path.open(encoding="utf-8-sig") as file:
         head = file.readline().split(",")
     names = [name.strip().strip('"') for name in head]
     if len(set(names)) < len(names):
         raise ValueError("two columns have the same name")
-    table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
-    if table.shape[1] != len(names):
-        raise ValueError(f"{counted(len(names), 'name')} above {counted(table.shape[1], 'column')}")
-    return {name: table[:, k] for k, name in enumerate(names)}
+    rows = np.loadtxt(
+        path, delimiter=",", skiprows=1, ndmin=2, converters=number, encoding="utf-8-sig"
+    )
+    if not len(rows):
+        raise ValueError("there are no rows")
+    if rows.shape[1] != len(names):
+        raise ValueError(f"{counted(len(names), 'name')} above {counted(rows.shape[1], 'column')}")
+    return dict(zip(names, rows.T, strict=True))
 
 
 def _read_npz(path: Path, robot: Robot) -> tuple[Columns, list[str]]:

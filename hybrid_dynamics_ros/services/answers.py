@@ -50,7 +50,7 @@ def guarded(
 
     Returns:
         The response, and a change of conditions or None. After an error the response is empty,
-        except ``error_code`` and ``error_text``.
+        except `error_code` and `error_text`.
     """
     try:
         # Very large numbers overflow in the model, so the answer is checked instead.

@@ -144,7 +144,7 @@ def set_payload(
 
     Raises:
         RejectedError: the frame is unknown, a number is beyond the bounds of the parameter
-            ``payload``, or the inertia is impossible.
+            `payload`, or the inertia is impossible.
     """
     frame = request.frame or context.robot.end_effector
     require_frames(context.robot, frame)

@@ -33,7 +33,7 @@ class Lane(Enum):
 
 @dataclass(frozen=True)
 class Service:
-    """One service: name below ``~/``, type, function and lane."""
+    """One service: name below `~/`, type, function and lane."""
 
     name: str
     kind: Any  # has Request and Response

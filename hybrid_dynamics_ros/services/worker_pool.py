@@ -67,7 +67,7 @@ class WorkerPool:
         }
 
     def submit(self, lane: Lane, job: ServiceCall, most: int) -> None:
-        """Submit a job; it is refused at once if ``most`` jobs are pending."""
+        """Submit a job; it is refused at once if `most` jobs are pending."""
         self._lanes[lane].submit(job, most)
 
     def report(self) -> list[StatusEntry]:

@@ -21,7 +21,7 @@ class OutputTopic:
     """An output topic of a robot.
 
     Attributes:
-        name: name below ``~/``, or an absolute name.
+        name: name below `~/`, or an absolute name.
         kind: message type.
         is_slow: whether a message takes so long that the node makes it in another thread.
     """

@@ -25,7 +25,7 @@ OneOrRows = Any  # a number for one sample, an array (N,) for rows
 class MotionResult:
     """The result of one sample, or of N rows with the same known quantities.
 
-    Coordinates are in the order of ``robot.coordinates``. Those of ball and free joints are in the
+    Coordinates are in the order of `robot.coordinates`. Those of ball and free joints are in the
     first chart in `position` and `velocity`, and in the chart of `state` in `active` and `efforts`.
     Arrays are read-only, with a leading N for rows.
 

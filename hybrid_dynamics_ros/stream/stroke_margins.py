@@ -31,7 +31,7 @@ class StrokeMargins:
         self._rows = tuple(zip(*ends, strict=True))
 
     def within(self, s: FloatArray) -> bool:
-        """Whether all of ``joints`` are within their limits.
+        """Whether all of `joints` are within their limits.
 
         Args:
             s: all coordinates of one state (n_s,) [rad or m].
@@ -40,7 +40,7 @@ class StrokeMargins:
         return all(low <= values[k] <= high for k, low, high in self._rows)
 
     def margins(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Margins to the lower and the upper limit of ``joints``, negative beyond.
+        """Margins to the lower and the upper limit of `joints`, negative beyond.
 
         Args:
             s: all coordinates, (n_s,) or (N, n_s) [rad or m].

@@ -9,7 +9,7 @@ from benchmarks.calibration.accuracy import apart
 from benchmarks.calibration.simulated import FREE, NOISE, TURN, measured, poses
 from hybrid_dynamics_core.calibration import calibrate
 from hybrid_dynamics_core.calibration.adjustable import AdjustableRobot
-from hybrid_dynamics_core.calibration.machine import Machine
+from hybrid_dynamics_core.calibration.free_robot import FreeRobot
 from hybrid_dynamics_core.calibration.observations import observe
 from hybrid_dynamics_core.calibration.sensitivity import Sensitivity
 from hybrid_dynamics_core.formats.tables import table_of
@@ -47,17 +47,17 @@ def test_derivatives_are_those_of_the_closed_robot(name):
     rng = np.random.default_rng(6)
     data = measured(name, rng, 5)
     adjustable = AdjustableRobot(name)
-    machine = Machine(adjustable, adjustable.parameters(FREE[name].split(",")))
-    observations = observe(machine, table_of(data.columns))
-    sensitivity = Sensitivity(machine, observations)
+    free_robot = FreeRobot(adjustable, adjustable.parameters(FREE[name].split(",")))
+    observations = observe(free_robot, table_of(data.columns))
+    sensitivity = Sensitivity(free_robot, observations)
     jacobian = sensitivity.jacobian(sensitivity.at_start()) * sensitivity.scales
     u = observations.readings
-    for k in range(len(machine.parameters)):
+    for k in range(len(free_robot.parameters)):
         ends = []
         for sign in (1.0, -1.0):
-            values = machine.start.copy()
+            values = free_robot.start.copy()
             values[k] += sign * STEP
-            robot = Robot(adjustable.described(machine.parameters, values))
+            robot = Robot(adjustable.described(free_robot.parameters, values))
             ends.append(robot.forward_kinematics(robot.close(u)).position)
         expected = (ends[0] - ends[1]) / (2.0 * STEP)
         # errors of central differences, by third derivatives of the order of 1 / size^2

@@ -213,8 +213,13 @@ def test_the_command_line_writes_a_motion_through_points(tmp_path) -> None:
     assert {"name": "main", "kind": "pump_flow"} in data["limited_by"]
     rows = np.genfromtxt(saved, delimiter=",", names=True)
     assert rows["lift_cylinder"][[0, -1]] == pytest.approx([0.1, 0.3])
+    points.write_text("boom_cylinder [cm],lift_cylinder [mm]\n10,100\n40,300\n")
+    in_other_units = json.loads(call(*words, "--overwrite").stdout)
+    assert in_other_units["duration"] == pytest.approx(data["duration"])
     points.write_text("boom_cylinder,lift\n0.1,0.1\n")
-    assert "points.csv:1: the columns are boom_cylinder, lift; expected" in call(*words[:4]).stderr
+    assert "points.csv: the columns are boom_cylinder, lift; expected" in call(*words[:4]).stderr
+    points.write_text("boom_cylinder,lift_cylinder\n0.1,0.1\n0.4,\n")
+    assert "points.csv:3: lift_cylinder is empty; expected" in call(*words[:4]).stderr
 
 
 @pytest.mark.parametrize("jerk", swept([50.0, 0.5], [0.5]))

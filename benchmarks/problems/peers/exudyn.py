@@ -79,50 +79,27 @@ def _built(mbs: Any, model: Model) -> Rows:
 
 def _tree(mbs: Any, model: Model) -> Rows:
     """A kinematic tree; every joint about or along its own z axis."""
-    names = list(model.joints)
+    count = len(model.joints)
     node = mbs.AddNode(
         exudyn.utilities.NodeGenericODE2(
-            referenceCoordinates=[0.0] * len(names),
+            referenceCoordinates=[0.0] * count,
             initialCoordinates=list(model.s.values()),
             initialCoordinates_t=list(model.ds.values()),
-            numberOfODE2Coordinates=len(names),
+            numberOfODE2Coordinates=count,
         )
     )
-    kinds = {"revolute": exudyn.JointType.RevoluteZ, "prismatic": exudyn.JointType.PrismaticZ}
-    number = {model.base: -1}
+    numbers = {model.base: -1}
     axes = {model.base: np.eye(3)}
-    rotations, offsets = exudyn.Matrix3DList(), exudyn.Vector3DList()
-    inertias, coms = exudyn.Matrix3DList(), exudyn.Vector3DList()
-    masses = []
     for k, joint in enumerate(model.joints.values()):
-        own, parent = toward(joint.axis), axes[joint.parent]
-        link = model.links[joint.child]
-        rotations.Append(parent.T @ joint.rotation @ own)
-        offsets.Append(parent.T @ joint.translation)
-        coms.Append(own.T @ link.com)
-        inertias.Append(own.T @ link.inertia @ own)
-        masses.append(link.mass)
-        number[joint.child] = k
-        axes[joint.child] = own
-    tree = mbs.AddObject(
-        utilities.ObjectKinematicTree(
-            nodeNumber=node,
-            jointTypes=[kinds[joint.type] for joint in model.joints.values()],
-            linkParents=[number[joint.parent] for joint in model.joints.values()],
-            jointTransformations=rotations,
-            jointOffsets=offsets,
-            linkInertiasCOM=inertias,
-            linkCOMs=coms,
-            linkMasses=masses,
-            gravity=list(model.description.gravity),
-        )
-    )
+        numbers[joint.child] = k
+        axes[joint.child] = toward(joint.axis)
+    tree = mbs.AddObject(_kinematic_tree(model, node, numbers, axes))
     for spring in model.springs:
         ends = ((spring.link_a, spring.point_a), (spring.link_b, spring.point_b))
         markers = []
         for name, point in ends:
             marker = utilities.MarkerKinematicTreeRigid(
-                objectNumber=tree, linkNumber=number[name], localPosition=axes[name].T @ point
+                objectNumber=tree, linkNumber=numbers[name], localPosition=axes[name].T @ point
             )
             markers.append(mbs.AddMarker(marker))
         _add_spring(mbs, markers, spring)
@@ -134,6 +111,45 @@ def _tree(mbs: Any, model: Model) -> Rows:
         for variable in (kind.Coordinates, kind.Coordinates_t)
     )
     return lambda: model.rows(_stored(mbs, s), _stored(mbs, ds))
+
+
+def _kinematic_tree(
+    model: Model, node: Any, numbers: dict[str, int], axes: dict[str, Array]
+) -> utilities.ObjectKinematicTree:
+    """The object of a tree.
+
+    Args:
+        model: the model.
+        node: number of the node of its coordinates.
+        numbers: number of each link; -1 for the base.
+        axes: rotations (3, 3) of frames whose z is the joint's axis, in the frames of the links.
+    """
+    kinds = {"revolute": exudyn.JointType.RevoluteZ, "prismatic": exudyn.JointType.PrismaticZ}
+    rotations, offsets = exudyn.Matrix3DList(), exudyn.Vector3DList()
+    inertias, coms = exudyn.Matrix3DList(), exudyn.Vector3DList()
+    types, parents, masses = [], [], []
+    for joint in model.joints.values():
+        link = model.links[joint.child]
+        to_joint = axes[joint.child].T
+        to_parent_joint = axes[joint.parent].T
+        types.append(kinds[joint.type])
+        parents.append(numbers[joint.parent])
+        rotations.Append(to_parent_joint @ joint.rotation @ axes[joint.child])
+        offsets.Append(to_parent_joint @ joint.translation)
+        coms.Append(to_joint @ link.com)
+        inertias.Append(to_joint @ link.inertia @ axes[joint.child])
+        masses.append(link.mass)
+    return utilities.ObjectKinematicTree(
+        nodeNumber=node,
+        jointTypes=types,
+        linkParents=parents,
+        jointTransformations=rotations,
+        jointOffsets=offsets,
+        linkInertiasCOM=inertias,
+        linkCOMs=coms,
+        linkMasses=masses,
+        gravity=list(model.description.gravity),
+    )
 
 
 class _Planar:

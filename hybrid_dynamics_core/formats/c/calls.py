@@ -13,6 +13,7 @@ from ...ground.suggestions import no_such_name
 from ...programs import Program
 from ...robot.actuation import Actuation
 from ...robot.closure import Closure
+from ...robot.frameworks.calls import CALL_BY_NAME
 from ...robot.kernel_store import KernelStore
 from ...robot.model import RobotModel
 from ...robot.robot import Robot
@@ -20,6 +21,7 @@ from ...robot.robot import Robot
 GUESS = "guess"
 FRICTION = ("viscous", "coulomb")
 ALL_LOADS = ("payload", *FRICTION)
+NAMES_IN_C = {"jacobian": "J"}  # of results that have other names in programs
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def _needs_nothing(_robot: Robot) -> str:
 
 
 @dataclass(frozen=True)
-class Call:
+class CFunction:
     """A C function.
 
     Attributes:
@@ -73,6 +75,17 @@ class Call:
 
 def _same(*names: str) -> dict[str, str]:
     return {name: name for name in names}
+
+
+def _of_robot(name: str, text: str, loads: tuple[str, ...] = ()) -> CFunction:
+    """The function of a call that robots have in other frameworks too."""
+    call = CALL_BY_NAME[name]
+
+    def program(setting: Setting) -> Program:
+        return call.program(setting.pattern, setting.frame)
+
+    results = {result: NAMES_IN_C.get(result, result) for result in call.results}
+    return CFunction(name, call.inputs, results, program, text, loads)
 
 
 def _reactions(setting: Setting) -> Program:
@@ -106,53 +119,35 @@ AT_EFFORT = ("u", "du", "tau", "gravity")
 PINS = ("pin_places", "pin_forces", "pin_moments", "pin_shares")
 JOINTS = ("joint_places", "joint_forces", "joint_moments")
 CALLS = (
-    Call(
+    _of_robot(
         "close",
-        ("u", "du"),
-        _same("s", "ds"),
-        lambda _: programs.MOTION,
         "all coordinates s (NS) and their rates s' (NS)",
     ),
-    Call(
+    _of_robot(
         "inverse_dynamics",
-        AT_ACCELERATION,
-        _same("tau"),
-        lambda setting: programs.inverse_dynamics(setting.pattern),
         "efforts of the drives tau (NU) for accelerations u''",
         ALL_LOADS,
     ),
-    Call(
+    _of_robot(
         "forward_dynamics",
-        AT_EFFORT,
-        _same("ddu"),
-        lambda setting: programs.forward_dynamics(setting.pattern),
         "accelerations u'' (NU) from efforts tau",
         ALL_LOADS,
     ),
-    Call(
+    _of_robot(
         "minimal_form",
-        ("u", "du", "gravity"),
-        _same("M", "h", "g"),
-        lambda setting: programs.minimal_form(setting.pattern),
         "M (NU, NU), h = C u' (NU) and g (NU) of M u'' + h + g = tau; friction, springs and"
         " wrenches are not in them",
         ("payload",),
     ),
-    Call(
+    _of_robot(
         "forward_kinematics",
-        ("u",),
-        _same("position", "rotation"),
-        lambda setting: programs.forward_kinematics(setting.frame),
         "position (3) and rotation (3, 3) of the end effector in base axes",
     ),
-    Call(
+    _of_robot(
         "jacobian",
-        ("u",),
-        {"jacobian": "J"},
-        lambda setting: programs.jacobian(setting.frame),
         "J (6, NU): linear, then angular velocity of the end effector per unit rate",
     ),
-    Call(
+    CFunction(
         "reactions",
         AT_ACCELERATION,
         _same("tau", *PINS, *JOINTS, "base"),
@@ -166,7 +161,7 @@ CALLS = (
         lacks=lack_of_masses,
         open=(*PINS[1:], *JOINTS[1:]),
     ),
-    Call(
+    CFunction(
         "inverse_dynamics_derivatives",
         AT_ACCELERATION,
         _same("tau", "d_u", "d_du", "d_ddu"),
@@ -175,7 +170,7 @@ CALLS = (
         ALL_LOADS,
         on_request=True,
     ),
-    Call(
+    CFunction(
         "forward_dynamics_derivatives",
         AT_EFFORT,
         _same("ddu", "d_u", "d_du", "d_tau"),
@@ -185,7 +180,7 @@ CALLS = (
         on_request=True,
         lacks=lack_of_masses,
     ),
-    Call(
+    CFunction(
         "ik_step",
         ("u", *programs.TARGET),
         _same("next", "error"),
@@ -194,7 +189,7 @@ CALLS = (
         "   before it, along and about x, y, z. weights (6): of these errors, 0 leaves one out",
         on_request=True,
     ),
-    Call(
+    CFunction(
         "generalised_forces",
         ("u", "forces"),
         _same("tau"),
@@ -202,7 +197,7 @@ CALLS = (
         "efforts of the drives tau (NU) that do the work of forces (NS) along all coordinates",
         on_request=True,
     ),
-    Call(
+    CFunction(
         "hydraulics",
         ("u", "du", "tau"),
         _same(*programs.HYDRAULICS),
@@ -216,7 +211,7 @@ CALLS = (
 )
 
 
-def calls_of(names: Sequence[str] | None, robot: Robot) -> list[Call]:
+def calls_of(names: Sequence[str] | None, robot: Robot) -> list[CFunction]:
     """The calls of some names; those that are always written if None.
 
     Raises:

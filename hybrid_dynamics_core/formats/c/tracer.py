@@ -20,7 +20,7 @@ from ...programs.closure import closed_motion
 from ...programs.outcome import with_kinds
 from ...robot.model import RobotModel
 from ...robot.robot import Robot
-from .calls import FRICTION, GUESS, PINS, Call, Setting
+from .calls import FRICTION, GUESS, PINS, CFunction, Setting
 from .real import PRECISIONS, Precision, Real, loosened
 
 PAYLOAD = 10  # m, centre of mass (3), Ixx, Ixy, Ixz, Iyy, Iyz, Izz about it, all in the frame
@@ -41,7 +41,7 @@ class TracedCall:
         lists: names of what the results belong to, by its kind.
     """
 
-    call: Call
+    call: CFunction
     inputs: tuple[str, ...]
     trace: Trace
     results: dict[str, int]
@@ -78,7 +78,7 @@ class Tracer:
         """
         model = RobotModel.from_description(robot.description)
         loads = described_loads(model.description, model.coordinates)
-        self._machine = model
+        self._robot_model = model
         self._model = model.program_model
         self._frame = model.frame(None)
         pattern, values = pack_loads(loads, model.tree, model.frame, None)
@@ -97,9 +97,9 @@ class Tracer:
         """Extend the pattern by what arguments may bring."""
         body = self._model.tree.body_index(self._frame.link)
         if body < 0:
+            name = self._robot_model.name
             raise InputError(
-                f"{self._machine.name}: the end effector is fixed to the base, so a payload there"
-                " is no argument"
+                f"{name}: the end effector is fixed to the base, so a payload there is no argument"
             )
         self._carrier = body
         described = {}
@@ -127,7 +127,7 @@ class Tracer:
         """Names of the joints, in the order of `reactions`."""
         return tuple(body.joint for body in self._model.tree.bodies)
 
-    def trace(self, call: Call) -> TracedCall:
+    def trace(self, call: CFunction) -> TracedCall:
         """The trace of a call."""
         program, names = self._program(call), self._vectors(call)
 
@@ -137,7 +137,7 @@ class Tracer:
         sizes = [self._size(program, name) for name in names]
         return self._traced(call, self._checked(trace(run, sizes, call.name)), names)
 
-    def trace_together(self, calls: Sequence[Call]) -> list[TracedCall]:
+    def trace_together(self, calls: Sequence[CFunction]) -> list[TracedCall]:
         """The traces of calls in one graph, with the inputs of all of them."""
         graph = Graph()
         sizes: dict[str, int] = {}
@@ -155,22 +155,22 @@ class Tracer:
             traced.append(self._traced(call, self._checked(one), tuple(sizes)))
         return traced
 
-    def _program(self, call: Call) -> Program:
-        setting = Setting(self._machine, self._pattern_of(call), self._frame)
+    def _program(self, call: CFunction) -> Program:
+        setting = Setting(self._robot_model, self._pattern_of(call), self._frame)
         program = call.program(setting)
         if self.follows:
             return program.from_start()
         return program
 
-    def _vectors(self, call: Call) -> tuple[str, ...]:
+    def _vectors(self, call: CFunction) -> tuple[str, ...]:
         """Names of the inputs of a call's program."""
         last = ("start", "start_map") if self.follows else (GUESS,)
         return (*call.inputs, *self._loads(call), *last)
 
-    def _loads(self, call: Call) -> tuple[str, ...]:
+    def _loads(self, call: CFunction) -> tuple[str, ...]:
         return call.loads if self._with_loads else ()
 
-    def _run(self, call: Call, program: Program, vectors: dict[str, Scalars]) -> Results:
+    def _run(self, call: CFunction, program: Program, vectors: dict[str, Scalars]) -> Results:
         """The results of a call, then the configuration."""
         x = self._inputs(program, vectors)
         results = program.run(self._model, x)
@@ -179,7 +179,7 @@ class Tracer:
         outputs["configuration"] = motion.configuration.q
         return Results(outputs, results.checks)
 
-    def _traced(self, call: Call, traced: Trace, vectors: tuple[str, ...]) -> TracedCall:
+    def _traced(self, call: CFunction, traced: Trace, vectors: tuple[str, ...]) -> TracedCall:
         results: dict[str, int] = {}
         for name, (_, shape) in zip(call.results.values(), traced.layout, strict=False):
             if _count(shape):
@@ -192,11 +192,11 @@ class Tracer:
         lists = {kind: listed for kind, listed in lists.items() if listed}
         return TracedCall(call, inputs, traced, results, vectors, self._loops(), lists)
 
-    def _cylinders(self, call: Call) -> dict[str, tuple[str, ...]]:
+    def _cylinders(self, call: CFunction) -> dict[str, tuple[str, ...]]:
         """The names of the cylinders, of the call on them."""
         if "cap_pressure" not in call.results:
             return {}
-        return {"cylinder": tuple(self._machine.description.actuators)}
+        return {"cylinder": tuple(self._robot_model.description.actuators)}
 
     def trace_start(self) -> Trace:
         """The trace of what a followed call starts from: s and R of the guess, closed."""
@@ -216,12 +216,12 @@ class Tracer:
     def _checked(self, traced: Trace) -> Trace:
         """The trace with kinds of outcome as codes, and with thresholds of its precision."""
         if self._real == "float":
-            blocks = len(self._machine.plan.blocks)
+            blocks = len(self._robot_model.plan.blocks)
             checks = [loosened(check, blocks) for check in traced.checks]
             traced = replace(traced, checks=tuple(checks))
         return with_kinds(traced)
 
-    def _pattern_of(self, call: Call) -> LoadPattern:
+    def _pattern_of(self, call: CFunction) -> LoadPattern:
         """The pattern for a call; friction without effect on it is no argument."""
         if self._with_loads and "viscous" not in call.loads:
             return replace(self._pattern, friction=False)
@@ -254,7 +254,7 @@ class Tracer:
         return flat
 
     def _pins(self) -> list[Pin]:
-        model = self._machine
+        model = self._robot_model
         return find_pins(model.tree, model.plan, model.description.closures)
 
     def _loops(self) -> list[list[int]]:

@@ -9,7 +9,7 @@ from typing import Literal
 from ...errors import InputError
 from ...robot.robot import Robot
 from ...robot.taken import AnyRobot, robot_of
-from .calls import Call, calls_of
+from .calls import CFunction, calls_of
 from .cpp import cpp_text
 from .header import header_text
 from .names import identifier, identifiers
@@ -114,7 +114,7 @@ def _source(
     }
 
 
-def _traced(tracer: Tracer, calls: Sequence[Call]) -> list[TracedCall]:
+def _traced(tracer: Tracer, calls: Sequence[CFunction]) -> list[TracedCall]:
     """The traces of calls; in one graph where they are long."""
     first = tracer.trace(calls[0])
     if len(calls) > 1 and len(first.trace.live) * len(calls) > LARGE:

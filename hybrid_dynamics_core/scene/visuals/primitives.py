@@ -44,15 +44,14 @@ def triangles_of(shape: str, size: Sequence[float]) -> Triangles:
 
 
 def _box(half: Array) -> Triangles:
+    """A box, from half of its edges (3,)."""
+    x, y, z = np.eye(3)
     sides: list[Triangles] = []
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            u, v = np.eye(3)[[(axis + 1) % 3, (axis + 2) % 3]] * sign
-            middle = sign * np.eye(3)[axis]
-            v = v * sign  # so that u, v and the outward normal are right-handed
-            corners = [middle - u - v, middle + u - v, middle + u + v, middle - u + v]
-            faces = np.array([[0, 1, 2], [0, 2, 3]])
-            sides.append((np.array(corners) * half, faces))
+    # u, v and the outward normal are right-handed
+    for u, v, normal in ((x, y, z), (y, z, x), (z, x, y), (y, x, -z), (z, y, -x), (x, z, -y)):
+        corners = [normal - u - v, normal + u - v, normal + u + v, normal - u + v]
+        faces = np.array([[0, 1, 2], [0, 2, 3]])
+        sides.append((np.array(corners) * half, faces))
     return _joined(sides)
 
 
@@ -72,15 +71,19 @@ def _revolved(profile: Array) -> Triangles:
     y = np.outer(radii, np.sin(angles))
     z = np.repeat(heights[:, None], _AROUND, axis=1)
     vertices = np.stack([x, y, z], axis=2).reshape(-1, 3)
+    # vertices come ring by ring; two triangles join each one to the ring above
     here = np.arange(len(vertices) - _AROUND)
-    after = here - here % _AROUND + (here + 1) % _AROUND
-    lower = np.stack([here, after, after + _AROUND], axis=1)
-    upper = np.stack([here, after + _AROUND, here + _AROUND], axis=1)
-    starts, ends = radii[here // _AROUND] > 0.0, radii[here // _AROUND + 1] > 0.0  # no tips
-    return vertices, np.vstack([lower[starts], upper[ends]])
+    ring, corner = np.divmod(here, _AROUND)
+    beside = ring * _AROUND + (corner + 1) % _AROUND
+    lower = np.stack([here, beside, beside + _AROUND], axis=1)
+    upper = np.stack([here, beside + _AROUND, here + _AROUND], axis=1)
+    # a ring without radius is a tip, whose triangles have no area
+    has_radius = radii > 0.0
+    return vertices, np.vstack([lower[has_radius[ring]], upper[has_radius[ring + 1]]])
 
 
 def _joined(parts: Sequence[Triangles]) -> Triangles:
+    """Several surfaces as one."""
     faces: list[Faces] = []
     start = 0
     for vertices, indices in parts:

@@ -82,10 +82,11 @@ class PressureEfforts:
         if max(self._indices) < active:
             efforts[:, self._indices] = forces
             return efforts
+        # virtual work: tau is R^T times the forces, where those of drives that do no work may lack
         rates = state.R[:, self._indices, :]
-        moves = rates != 0.0
-        parts = np.where(moves, rates * forces[:, :, None], 0.0)
-        return np.where(moves.any(axis=1), parts.sum(axis=1), np.nan)
+        does_work = rates != 0.0
+        parts = np.where(does_work, rates * forces[:, :, None], 0.0)
+        return np.where(does_work.any(axis=1), parts.sum(axis=1), np.nan)
 
     def forces(self, stamps: Stamps) -> FloatArray:
         """Forces along the drives (N, d) [N]; NaN if not measured."""

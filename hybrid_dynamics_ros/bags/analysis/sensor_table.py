@@ -11,13 +11,12 @@ import numpy as np
 from hybrid_dynamics_core.filtering import Sensor
 from hybrid_dynamics_core.filtering.track import column_names, column_unit
 from hybrid_dynamics_core.ground.suggestions import suggestion
-from hybrid_dynamics_core.ground.wording import counted
 
 from ...messages.joint_samples import FloatArray
 from ..column_units import WITH_UNIT, Columns, unit_factor
 from ..errors import BagError
 from ..measured_file import TIMES
-from ..trajectory_file import require_trajectory
+from ..trajectory_file import csv_columns, require_trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,25 +97,10 @@ def _readings(
 
 def _columns_of(path: Path) -> Columns:
     """Columns of a CSV file by head; raises BagError."""
-    with path.open(encoding="utf-8-sig") as file:
-        heads = [name.strip().strip('"') for name in file.readline().split(",")]
-    if len(set(heads)) < len(heads):
-        raise BagError(f"{path}: two columns have the same name")
     try:
-        table = np.loadtxt(
-            path,
-            delimiter=",",
-            skiprows=1,
-            ndmin=2,
-            converters=_number,
-            encoding="utf-8-sig",
-        )
+        return csv_columns(path, _number)
     except ValueError as error:
         raise BagError(f"{path}: expected a CSV file with a header and numbers ({error})") from None
-    if not len(table) or table.shape[1] != len(heads):
-        shape = f"{counted(len(heads), 'name')} above {counted(table.shape[1], 'column')}"
-        raise BagError(f"{path}: {shape} and {counted(len(table), 'row')}")
-    return {name: table[:, k] for k, name in enumerate(heads)}
 
 
 def _number(cell: str) -> float:

@@ -85,10 +85,10 @@ def _draw_robot(axes: Any, robot: Robot, state: ClosedState, opacity: float) -> 
         axes.plot(*corners.T, linewidth=line.width, solid_capstyle="round", **style)
         axes.plot(*corners[1:-1].T, "o", markersize=4.0, **style)
         drawn.append(corners)
-    foot = _origins(robot, state, (_FOOT,))
+    (foot,) = _origins(robot, state, (_FOOT,))
     below = foot * (1.0, 1.0, 0.0)
-    ground = np.concatenate([foot * 0.0, below, foot])
-    axes.plot(*ground.T, color=SHADOW, linewidth=1.4, alpha=opacity)
+    from_base = np.stack([np.zeros(3), below, foot])
+    axes.plot(*from_base.T, color=SHADOW, linewidth=1.4, alpha=opacity)
     return np.concatenate(drawn)
 
 

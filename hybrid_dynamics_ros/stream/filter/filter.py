@@ -57,7 +57,7 @@ class FilterState(NamedTuple):
         start_ns: stamp of the first sample since the last restart [ns].
         memory: values common to all joints, see `Steps`.
         sample: newest sample, (channels, n).
-        derivatives: (D, n) fitted value and its derivatives at ``stamp_ns`` [unit/s^k];
+        derivatives: (D, n) fitted value and its derivatives at `stamp_ns` [unit/s^k];
             undetermined ones are zero.
     """
 

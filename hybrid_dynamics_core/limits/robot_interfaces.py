@@ -1,4 +1,4 @@
-"""What limits need of a robot."""
+"""What limits, and all that comes from limits, need of a robot. `Robot` implements it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 
 
-class Machine(Protocol):
-    """A robot, as far as limits use it."""
+class DrivenRobot(Protocol):
+    """Names, limits, drives and loads of a robot."""
 
     @property
     def description(self) -> RobotDescription:
@@ -23,10 +23,6 @@ class Machine(Protocol):
     @property
     def active(self) -> tuple[str, ...]:
         """Names of active coordinates."""
-
-    @property
-    def idle(self) -> tuple[str, ...]:
-        """Names of active coordinates without a drive."""
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -41,16 +37,24 @@ class Machine(Protocol):
         """Limits (n, 2) of the active coordinates [rad, m]."""
 
     @property
-    def drives(self) -> tuple[str, ...]:
-        """Driven joints that determine the motion."""
-
-    @property
     def all_drives(self) -> tuple[str, ...]:
         """Names of all drives."""
 
     @property
     def loads(self) -> Loads:
         """Loads of the description."""
+
+
+class LimitedRobot(DrivenRobot, Protocol):
+    """A robot, as far as its limits use it."""
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Names of active coordinates without a drive."""
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Driven joints that determine the motion."""
 
     def drive_rates(self, state: ClosedState) -> Array:
         """Rates (m, n) of all drives, each column at unit rate of an active coordinate."""

@@ -1,4 +1,4 @@
-"""What retiming needs of a robot."""
+"""What retiming needs of a robot. `Robot` implements it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Protocol
 from numpy.typing import ArrayLike
 
 from ..closed_state.state import ClosedState
-from ..limits.machine import Machine as LimitedMachine
+from ..limits.robot_interfaces import LimitedRobot
 
 
-class Machine(LimitedMachine, Protocol):
+class RetimedRobot(LimitedRobot, Protocol):
     """A robot, as far as retiming uses it."""
 
     @property

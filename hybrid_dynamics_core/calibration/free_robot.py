@@ -23,7 +23,7 @@ from .loop_choices import PROBE, LoopChoices, with_general_bars
 INDEPENDENT = 1e-3  # part of a coordinate's row that others may not give
 
 
-class Machine:
+class FreeRobot:
     """A robot with free parameters.
 
     Attributes:

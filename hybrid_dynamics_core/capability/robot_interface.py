@@ -1,4 +1,4 @@
-"""What capabilities and lifting charts need of a robot."""
+"""What capabilities and lifting charts need of a robot. `Robot` implements it."""
 
 from __future__ import annotations
 
@@ -8,33 +8,17 @@ from typing import Protocol
 from numpy.typing import ArrayLike
 
 from ..closed_state.state import ClosedState
-from ..description.model import RobotDescription
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
+from ..limits.robot_interfaces import DrivenRobot
 
 
-class Machine(Protocol):
-    """What a capability needs of a robot."""
-
-    @property
-    def description(self) -> RobotDescription:
-        """The description."""
-
-    @property
-    def active(self) -> tuple[str, ...]:
-        """Names of active coordinates."""
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of all coordinates."""
+class CapableRobot(DrivenRobot, Protocol):
+    """A robot, as far as its capability uses it."""
 
     @property
     def end_effector(self) -> str:
         """Name of the end effector."""
-
-    @property
-    def all_drives(self) -> tuple[str, ...]:
-        """Names of all drives."""
 
     @property
     def effort_ranges(self) -> Mapping[str, tuple[float, float]]:
@@ -43,10 +27,6 @@ class Machine(Protocol):
     @property
     def rate_ranges(self) -> Mapping[str, float]:
         """Largest rate by coordinate [rad/s, m/s]."""
-
-    @property
-    def loads(self) -> Loads:
-        """Loads of the description."""
 
     def drive_rates(self, state: ClosedState) -> Array:
         """Rates (m, n) of the drives, each column at unit rate of an active coordinate."""
