@@ -122,17 +122,26 @@ def world(*models: str) -> str:
     return f'<sdf version="1.9"><world name="w"><gravity>0 0 -3</gravity>{inner}</world></sdf>'
 
 
-def test_of_several_models_one_is_named(tmp_path: Path) -> None:
+def test_several_models_are_one_robot_or_one_is_named(tmp_path: Path) -> None:
     one, two = legs(LEG), legs(LEG).replace('"rev"', '"other"')
     still = '<model name="still"><static>1</static><link name="l"/></model></sdf>'
     assert read(tmp_path, world(one, still)).name == "rev"
     text = world(one, two, still)
+    both = read(tmp_path, text)
+    notes = "\n".join(both.description.notes)
+    assert "2 models with joints (rev, other) are taken together as one robot" in notes
+    assert "model still is static and carries nothing; left out" in notes
+    without_world = text.replace('<world name="w">', "").replace("</world>", "")
     with pytest.raises(DescriptionError, match=r"2 models with joints \(rev, other\); name one"):
-        read(tmp_path, text)
+        read(tmp_path, without_world)
+    tie = '<joint name="t" type="fixed"><parent>still::l</parent><child>rev</child></joint>'
+    with pytest.raises(DescriptionError, match="<static> of <model> is '1'"):
+        read(tmp_path, text.replace("</world>", f"{tie}</world>"))
     assert read(tmp_path, text, model="other").name == "other"
     with pytest.raises(InputError, match="has no model 'othe' \\(did you mean 'other'"):
         read(tmp_path, text, model="othe")
-    whole = read(tmp_path, world(one, two), model="w")
+    whole = read(tmp_path, text, model="w")
+    assert both.coordinates == whole.coordinates
     assert whole.coordinates == ("rev::a", "rev::b", "other::a", "other::b")
     alone = read(tmp_path, text, model="rev")
     mass = whole.minimal_form(whole.close([0.1, 0.2, 0.3, 0.4]))[0]

@@ -144,21 +144,45 @@ def test_limits_of_commands_narrow_those_of_joints(tmp_path: Path) -> None:
         robot(tmp_path, CONTROL.replace(">-0.4<", ">low<"))
 
 
-def test_a_follower_with_limits_the_wrong_way_round_is_noted(tmp_path: Path) -> None:
-    turned = WRIST.replace('lower="-1" upper="1"', 'lower="1" upper="-1"')
+def test_limits_the_wrong_way_round_are_none(tmp_path: Path) -> None:
+    """Bullet writes so that there are none, for followers too."""
+    turned = WRIST.replace('lower="-1" upper="1"', 'lower="1" upper="-1"').replace("MORE", "")
+    end = 'effort="20" velocity="3"/>'
+    for text in (turned, turned.replace(end, f'{end}<mimic joint="a"/>')):
+        file = tmp_path / "wrist.urdf"
+        file.write_text(text)
+        machine = load(file)
+        assert machine.description.joints["p"].limits == (-np.inf, np.inf)
+        (note,) = (note for note in machine.description.notes if "above the upper one" in note)
+        assert "p (line " in note
+
+
+@pytest.mark.parametrize(("kind", "place"), [("revolute", 0.7), ("prismatic", -0.3)])
+def test_equal_limits_fix_a_joint_where_it_is_held(tmp_path: Path, kind: str, place: float) -> None:
+    """The other joints move as if the joint were at that coordinate; Pinocchio says how."""
+    text = WRIST.replace("MORE", "").replace('1 0 0"/></joint>', '0.6 0 -0.8"/></joint>')
+    text = text.replace('name="p" type="revolute"', f'name="p" type="{kind}"')
     file = tmp_path / "wrist.urdf"
-    file.write_text(turned.replace("MORE", ""))
-    with pytest.raises(DescriptionError, match="lower limit 1 is not below"):
-        load(file)
-    file.write_text(
-        turned.replace("MORE", "").replace(
-            'effort="20" velocity="3"/>', 'effort="20" velocity="3"/><mimic joint="a"/>'
-        )
-    )
+    file.write_text(text.replace('lower="-1" upper="1"', f'lower="{place}" upper="{place}"'))
     machine = load(file)
-    assert machine.description.joints["p"].limits == (-np.inf, np.inf)
-    (note,) = (note for note in machine.description.notes if "above the upper one" in note)
-    assert "p (line " in note
+    assert machine.coordinates == ("a", "r")
+    assert any(f"hold at {place:g}" in note for note in machine.description.notes)
+    model = pinocchio.buildModelFromXML(text)
+    q = np.array([0.4, place, np.cos(1.1), np.sin(1.1)])
+    full = pinocchio.crba(model, model.createData(), q)
+    state = machine.close([0.4, 1.1])
+    expected = np.triu(full) + np.triu(full, 1).T
+    assert machine.minimal_form(state)[0] == pytest.approx(expected[::2, ::2], rel=1e-12)
+
+
+def test_a_spherical_joint_of_bullet_is_a_ball_joint(tmp_path: Path) -> None:
+    file = tmp_path / "wrist.urdf"
+    text = WRIST.replace('name="r" type="continuous"', 'name="r" type="spherical"')
+    file.write_text(text.replace("MORE", ""))
+    machine = load(file)
+    assert machine.coordinates == ("a", "p", "r_rx", "r_ry", "r_rz")
+    (joint,) = machine.description.freely_turning
+    assert joint.name == "r"
 
 
 def test_dependent_joints_that_nothing_ties_are_noted(tmp_path: Path) -> None:

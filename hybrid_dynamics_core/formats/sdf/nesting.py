@@ -17,8 +17,8 @@ from .vocabulary import WELD
 MERGE = "merge"  # attribute of a model whose elements are merged into the model around it
 _PLACEMENT = "__placement__"
 _NAMED = ("link", "joint", "frame")
-_ENDS = ("parent", "child", "gearbox_reference_body")
-_ATTRIBUTES = ("relative_to", "attached_to", "expressed_in")
+ENDS = ("parent", "child", "gearbox_reference_body")  # elements whose text is a name
+REFERENCES = ("relative_to", "attached_to", "expressed_in")
 
 
 def flat_model(xml: XmlReader, model: LocatedElement) -> LocatedElement:
@@ -109,12 +109,12 @@ class _Renaming:
         """A copy of an element in which all references are renamed."""
         children = [self.renamed(child) for child in element.children]
         copy = replace(element, attributes=dict(element.attributes), children=children)
-        for attribute in _ATTRIBUTES:
+        for attribute in REFERENCES:
             if element.get(attribute):
                 copy.attributes[attribute] = self.name(element.get(attribute))
         if element.tag == "mimic":
             copy.attributes["joint"] = self.name(element.get("joint"))
-        if element.tag in _ENDS and element.text.strip():
+        if element.tag in ENDS and element.text.strip():
             copy.text = self.name(element.text.strip())
         return copy
 

@@ -63,6 +63,8 @@ def sdf_document(root: LocatedElement, file: Path, options: FileOptions = NO_OPT
     chosen = Selection(xml, version, options).chosen()
     model = chosen.model
     _SdfReader(xml, model, chosen.world).read()
+    if not document.data["joints"]:
+        raise xml.error(model, (), "no joint connects two of its links; a robot needs one")
     extras = [child for child in model.children if _is_extras(child)]
     for element in extras:
         read_extras(document, element.text, file, element.line)

@@ -11,7 +11,7 @@ from ...ground.suggestions import suggestion
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from .includes import Includes
-from .nesting import flat_model, has_joints, placed, pose_element
+from .nesting import ENDS, REFERENCES, flat_model, has_joints, placed, pose_element
 from .poses import SCOPE, WORLD, ModelPoses
 from .versions import MODEL, Version, upgrade
 from .vocabulary import check_model, check_world
@@ -87,9 +87,22 @@ class Selection:
         moving = [chosen for chosen in self.models if _moves(chosen.model)]
         if len(moving) == 1:
             return moving[0]
-        if not moving and len(self.models) == 1:
+        is_alone = len(self.models) == 1 and not self.includes.missing
+        if not moving and is_alone:
             return self.models[0]
+        for world in self.worlds:
+            if moving and all(chosen.world is world for chosen in moving):
+                return self._together(world, moving)
         raise self._undecided(moving)
+
+    def _together(self, world: LocatedElement, moving: list[Chosen]) -> Chosen:
+        """The world of several movable models."""
+        names = [chosen.model.get("name") for chosen in moving]
+        listed = ", ".join(names[:_MAX_LISTED])
+        text = f"{len(names)} models with joints ({listed}) are taken together as one robot"
+        text += f"; load(file, model='{names[0]}') or --model {names[0]} takes one of them"
+        self.xml.note(world, text)
+        return Chosen(world, world)
 
     def _undecided(self, moving: list[Chosen]) -> DescriptionError:
         problem = f"holds {len(moving)} models with joints"
@@ -98,10 +111,10 @@ class Selection:
             listed = ", ".join(names[:_MAX_LISTED])
             problem += (
                 f" ({listed}); name one of them: load(file, model='{names[0]}') or --model"
-                f" {names[0]}; the name of the world takes all of them as one robot"
+                f" {names[0]}"
             )
         else:
-            problem += "; expected one"
+            problem += " that moves; expected one, and none that is <static>"
         for missing in self.includes.missing:
             problem += f"; it includes {missing}"
         return self.xml.error(self.xml.root, ("model",), problem)
@@ -134,11 +147,18 @@ class Selection:
         return Chosen(self._moved(flat, around.resolve(name, model)), world)
 
     def _of_world(self, world: LocatedElement) -> Chosen:
-        """All models of a world as one robot."""
+        """All models of a world as one robot, without static ones that nothing refers to."""
         check_world(self.xml, world)
-        for model in world.all("model"):
-            self._check(model)
-        flat = flat_model(self.xml, world)
+        children: list[LocatedElement] = []
+        for child in world.children:
+            if child.tag == "model" and _is_static(child) and not _is_named(child, world):
+                text = f"model {child.get('name')} is static and carries nothing; left out"
+                self.xml.note(child, text)
+                continue
+            children.append(child)
+            if child.tag == "model":
+                self._check(child)
+        flat = flat_model(self.xml, replace(world, children=children))
         return Chosen(replace(flat, tag="model"), world)
 
     def _ready(self, model: LocatedElement) -> LocatedElement:
@@ -158,6 +178,24 @@ class Selection:
 
 
 def _moves(model: LocatedElement) -> bool:
+    return has_joints(model) and not _is_static(model)
+
+
+def _is_static(model: LocatedElement) -> bool:
     static = model.first("static")
-    is_static = static is not None and static.text.strip() in _YES
-    return has_joints(model) and not is_static
+    return static is not None and static.text.strip() in _YES
+
+
+def _is_named(model: LocatedElement, world: LocatedElement) -> bool:
+    """Whether anything of a world outside of a model refers to the model or to what is in it."""
+    name = model.get("name")
+    open_elements = [child for child in world.children if child is not model]
+    while open_elements:
+        element = open_elements.pop()
+        open_elements.extend(element.children)
+        words = [element.get(attribute) for attribute in REFERENCES]
+        if element.tag in ENDS:
+            words.append(element.text.strip())
+        if any(word == name or word.startswith(f"{name}{SCOPE}") for word in words):
+            return True
+    return False

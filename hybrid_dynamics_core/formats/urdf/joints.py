@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...description.document import Data, KeyPath
+from ...description.geometry import Transform, rotation_about, rotation_from_rpy, rpy_of, unit_axis
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 
@@ -13,6 +16,7 @@ _TYPES = {
     "fixed": "fixed",
     "planar": "planar",
     "floating": "free",
+    "spherical": "ball",  # of Bullet
 }
 _ONE_FREEDOM = ("revolute", "prismatic")
 _X_AXIS = (1.0, 0.0, 0.0)
@@ -30,13 +34,18 @@ class JointReader:
         self.path: KeyPath = ("joints", name)
 
     def connection(self) -> Data:
-        """Type, links and origin of the joint."""
-        return {
+        """Type, links and origin of the joint; fixed if its limits hold it fast."""
+        entry: Data = {
             "type": self._type(),
             "parent": self._link("parent"),
             "child": self._link("child"),
             "origin": self.xml.origin(self.element, self.path),
         }
+        place = self._held_at(entry["type"])
+        if place:
+            entry["origin"] = self._moved(entry, place)
+            entry["type"] = "fixed"
+        return entry
 
     def motion(self) -> Data:
         """Axis, limits, friction and mimic of the joint, if given."""
@@ -56,8 +65,36 @@ class JointReader:
             entries["mimic"] = self._mimic(mimic)
         return entries
 
+    def _held_at(self, kind: str) -> float:
+        """The coordinate [rad or m] at which equal limits hold a joint; zero if none do."""
+        limit = self.element.first("limit")
+        is_free = kind not in _ONE_FREEDOM or self.element.get("type") == "continuous"
+        if limit is None or is_free or self.element.first("mimic") is not None:
+            return 0.0
+        key = (*self.path, "limits")
+        lower = self.xml.number(limit, "lower", key, 0.0)
+        upper = self.xml.number(limit, "upper", key, 0.0)
+        if lower != upper or not lower:
+            return 0.0
+        self._note(limit, f"joints that their limits hold at {lower:g}; taken as fixed there")
+        return lower
+
+    def _moved(self, entry: Data, place: float) -> Data:
+        """The origin of a joint that is fixed at a coordinate [rad or m]."""
+        origin = entry["origin"]
+        try:
+            axis = unit_axis(self._axis())
+        except ValueError as error:
+            raise self.xml.error(self.element, (*self.path, "axis"), str(error)) from error
+        moved = Transform(translation=place * axis)
+        if entry["type"] == "revolute":
+            moved = Transform(rotation_about(axis, place))
+        turn = rotation_from_rpy(*origin["rpy"])
+        pose = Transform(turn, np.array(origin["xyz"])) @ moved
+        return {"xyz": pose.translation.tolist(), "rpy": rpy_of(pose.rotation).tolist()}
+
     def _motion_of_several(self) -> Data:
-        """Axis of a planar joint, which is the normal of its plane; empty for a floating joint."""
+        """Axis of a planar joint, which is the normal of its plane; empty for the others."""
         for tag in ("limit", "dynamics", "mimic"):
             if self.element.first(tag) is not None:
                 kind = self.element.get("type")
@@ -103,8 +140,8 @@ class JointReader:
             if lower or upper:
                 self._note(limit, "limits of continuous joints, which have none; left out")
             return {}
-        if lower > upper and self.element.first("mimic") is not None:
-            text = "followers with a lower limit above the upper one; taken as without limits"
+        if lower > upper:
+            text = "joints with a lower limit above the upper one; taken as without, as in Bullet"
             self._note(limit, text)
             return {}
         if lower or upper:

@@ -65,7 +65,7 @@ REFUSED = {
     "quat": "write it as quat_xyzw",
     "quat_wxyz": "write it as quat_xyzw",
     "loop_joint": "give the loop as <loop>, or under closures",
-    "drake:joint": "write it as a <joint> of URDF",
+    "drake:joint": 'write it as a <joint>, of type "spherical" for a ball; others in a robot.yaml',
     "drake:distance_constraint": "it ties two links",
     "drake:tendon_constraint": "it ties joints",
     "drake:linear_bushing_rpy": "it puts springs between two links",
