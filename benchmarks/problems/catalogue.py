@@ -37,7 +37,6 @@ class Problem:
         source: of the reference.
         asked: largest relative error allowed.
         tau: constant efforts; None for none.
-        method: integrator.
     """
 
     name: str
@@ -50,7 +49,6 @@ class Problem:
     source: str
     asked: float = HIGH
     tau: tuple[float, ...] | None = None
-    method: str = "DOP853"
 
     def robot(self) -> Robot:
         """The model."""
@@ -156,7 +154,6 @@ PROBLEMS = (
         observed=Observed(("s",)),
         reference=references.flyball_governor,
         source="equations by hand",
-        method="LSODA",
     ),
     Problem(
         name="slider_crank",

@@ -50,7 +50,6 @@ class Solver:
         """
         problem = self.problem
         settings = Settings(
-            method=problem.method,
             rtol=tolerance,
             atol=0.01 * tolerance,
             rate=problem.samples / problem.end,
