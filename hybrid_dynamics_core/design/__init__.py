@@ -5,7 +5,14 @@ from .cylinders import BORES, Bore, size_bores
 from .four_bar import Dyad, FourBar, burmester, centre, freudenstein, through_poses
 from .problem import Design
 from .quantity import Quantity, joined
-from .recipes import Recipe, keep_regular, level_force
+from .recipes import (
+    Recipe,
+    keep_regular,
+    level_force,
+    ranged,
+    swept_measure,
+    widest_workspace,
+)
 from .solution import DesignResult
 from .solvers import Method
 from .straight_line import (
@@ -37,8 +44,11 @@ __all__ = [
     "joined",
     "keep_regular",
     "level_force",
+    "ranged",
     "size_bores",
     "straight_line",
     "straightness",
+    "swept_measure",
     "through_poses",
+    "widest_workspace",
 ]

@@ -17,9 +17,10 @@ from ..ground.suggestions import no_such_name
 from ..programs.live import PARAMETERS
 from ..robot.parameters import FamilyResult, RobotFamily
 from ..robot.robot import Robot
-from .quantity import Quantity, solved
+from .quantity import Quantity, determinant, solved
 
 _BY = (PARAMETERS,)
+AXES = ("x", "y", "z")
 _STEP = 1e-6  # relative, of a mass: it is a polynomial of low degree
 
 
@@ -161,6 +162,42 @@ class Cycle:
         result = self._family.forward_kinematics(self._u, self._parameters, frame, _BY)
         return _result(result, "position")
 
+    def jacobian(self, frame: str | None = None) -> Quantity:
+        """Jacobian of a frame by the coordinates that the points name (points, 6, n).
+
+        Linear rows come first; base axes. The frame is the end effector if None.
+        """
+        return _result(self._family.jacobian(self._u, self._parameters, frame, _BY), "jacobian")
+
+    def manipulability(
+        self,
+        by: Sequence[str] | None = None,
+        axes: Sequence[str] = AXES,
+        frame: str | None = None,
+    ) -> Quantity:
+        """How much the place of a frame moves for motions of some coordinates (points,).
+
+        It is sqrt(det(J J^T)) or sqrt(det(J^T J)), whichever is not zero by its shape; Yoshikawa,
+        Manipulability of robotic mechanisms (1985).
+
+        Args:
+            by: coordinates that move, of those that the points name; all if None.
+            axes: directions that count, of x, y and z in base axes.
+            frame: the end effector if None.
+
+        Raises:
+            InputError: there is no such coordinate or direction.
+        """
+        names = self._family.coordinates
+        columns = [_place("given coordinate", name, names) for name in by or names]
+        rows = [_place("direction", axis, AXES) for axis in axes]
+        part = self.jacobian(frame)[:, rows][:, :, columns]
+        if len(rows) > len(columns):
+            part = Quantity(np.swapaxes(part.value, 1, 2), np.swapaxes(part.slope, 1, 2))
+        value = part.value @ np.swapaxes(part.value, 1, 2)
+        half = np.einsum("nijk,nlj->nilk", part.slope, part.value)
+        return determinant(Quantity(value, half + np.swapaxes(half, 1, 2))).sqrt()
+
     def effort(self, name: str) -> Quantity:
         """Effort of an active joint (points,) [N m or N]."""
         if name not in self._active:
@@ -262,6 +299,13 @@ class Cycle:
         if name not in names:
             raise InputError(no_such_name("coordinate", name, names))
         return name
+
+
+def _place(kind: str, name: str, names: Sequence[str]) -> int:
+    """Index of a name."""
+    if name not in names:
+        raise InputError(no_such_name(kind, name, names))
+    return list(names).index(name)
 
 
 def _result(result: FamilyResult, name: str) -> Quantity:

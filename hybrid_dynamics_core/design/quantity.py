@@ -129,6 +129,18 @@ def solved(matrix: Quantity, rhs: Quantity) -> Quantity:
     return Quantity(x, slope)
 
 
+def determinant(matrix: Quantity) -> Quantity:
+    """Determinants (N,) of matrices (N, n, n)."""
+    value = np.linalg.det(matrix.value)
+    cofactors = np.empty_like(matrix.value)
+    size = matrix.value.shape[-1]
+    for i in range(size):
+        for j in range(size):
+            minor = np.delete(np.delete(matrix.value, i, axis=1), j, axis=2)
+            cofactors[:, i, j] = (-1.0) ** (i + j) * np.linalg.det(minor)
+    return Quantity(value, np.einsum("nij,nijk->nk", cofactors, matrix.slope))
+
+
 def _quantity(other: Any, like: Quantity) -> Quantity:
     if isinstance(other, Quantity):
         return other

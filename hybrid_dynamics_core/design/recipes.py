@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import NamedTuple
 
+import numpy as np
+
+from ..errors import InputError
 from ..robot.robot import Robot
 from .cycle import Cycle, Duty
 from .problem import Bounds, Design
@@ -13,6 +17,7 @@ from .quantity import Quantity
 from .solution import DesignResult
 
 _STARTS = 2
+PLACES = 8  # of a coordinate, in the quadrature of a workspace
 LEAST_DISTANCE = 0.1  # to singular places, of a scale from 0 to 1
 
 
@@ -91,4 +96,69 @@ def keep_regular(
     """
     design = Design(robot, variables, workspace, given)
     result = design.minimise_largest(lambda cycle: -cycle.distance(), limits, starts=starts)
+    return Recipe(design, result)
+
+
+def ranged(ranges: Mapping[str, tuple[float, float]], places: int = PLACES) -> list[Duty]:
+    """Points over ranges of coordinates, with the weights of Gauss and Legendre.
+
+    A sum of a function of the coordinates times `weights` is its integral over the ranges.
+
+    Args:
+        ranges: lowest and highest value of each coordinate [rad or m].
+        places: number of points along each.
+
+    Raises:
+        InputError: a range is empty.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(places)
+    points = [Duty({})]
+    for name, (lower, upper) in ranges.items():
+        if not lower < upper:
+            raise InputError(f"{name}: the range is {lower:g} to {upper:g}; expected two numbers")
+        half = 0.5 * (upper - lower)
+        along = zip(lower + half * (nodes + 1.0), half * weights, strict=True)
+        points = [
+            Duty({**point.at, name: float(value)}, weight=point.weight * float(weight))
+            for point, (value, weight) in product(points, list(along))
+        ]
+    return points
+
+
+def swept_measure(cycle: Cycle, by: Sequence[str], axes: Sequence[str]) -> Quantity:
+    """What the tool sweeps over the points of `ranged`: a length [m], area [m^2] or volume [m^3].
+
+    A place that is reached in several configurations counts as often.
+    """
+    return (cycle.manipulability(by, axes) * cycle.weights).sum()
+
+
+def widest_workspace(
+    robot: Robot,
+    variables: Bounds,
+    ranges: Mapping[str, tuple[float, float]],
+    axes: Sequence[str],
+    limits: Functions | None = None,
+    starts: int = _STARTS,
+) -> Recipe:
+    """Make the workspace of the tool largest, over ranges of some coordinates.
+
+    Args:
+        robot: the robot.
+        variables: (lower, upper) bound of each free number, by name or path.
+        ranges: lowest and highest value [rad or m] of the active coordinates that move; as many as
+            axes for an area or a volume.
+        axes: directions that count, as ("x", "z") for an area.
+        limits: functions of the cycle whose entries are zero or above, by name.
+        starts: number of starts.
+
+    Returns:
+        The design; minus its objective is the measure, see `swept_measure`.
+
+    Raises:
+        InputError: as `Design` and `Design.minimise`, or a range is empty.
+    """
+    design = Design(robot, variables, ranged(ranges))
+    by = list(ranges)
+    result = design.minimise(lambda cycle: -swept_measure(cycle, by, axes), limits, starts=starts)
     return Recipe(design, result)
