@@ -10,7 +10,7 @@ from typing import Any
 
 # parts per thread, taken as threads become free, so that a slow core does not delay the others
 SHARES = 8
-PART = 64  # sizes of parts are multiples of this, the block size of compiled kernels
+PART = 64  # sizes of parts are multiples of this, which is a multiple of all vector widths
 
 
 @cache

@@ -71,6 +71,26 @@ def test_what_is_not_finite_has_a_status(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("count", [1, 7, 8, 19])
+def test_only_the_row_that_is_not_finite_has_a_status(backend: str, count: int) -> None:
+    """In full vectors of rows and in the last one; a shared input belongs to all rows."""
+    kernel = Kernel(lambda a, b: Results({"y": a[0] * b[1]}, []), [2, 3], backend)
+    rows, shared = np.ones((count, 2)), np.array([1.0, 2.0, 3.0])
+    _, codes = kernel(rows, shared)
+    assert not codes.any()
+    for row in {0, count // 2, count - 1}:
+        for component in range(2):
+            wrong = rows.copy()
+            wrong[row, component] = np.inf
+            found, codes = kernel(wrong, shared)
+            assert np.flatnonzero(codes).tolist() == [row]
+            assert (np.delete(found["y"], row) == 2.0).all()
+    shared[2] = np.nan
+    _, codes = kernel(rows, shared)
+    assert (codes == -2).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_the_other_functions(backend: str) -> None:
     def run(a: Any) -> Results:
         x, y = a

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hybrid_dynamics_core.algebra.scalar import Scalar, Scalars, cos, sqrt
 from hybrid_dynamics_core.kernels.graph import Operand, Symbol
-from hybrid_dynamics_core.kernels.rewrite import rewritten
+from hybrid_dynamics_core.kernels.rewrite import rewritten, scheduled
 from hybrid_dynamics_core.kernels.trace import Check, Results, Trace, trace
 from hybrid_dynamics_core.programs import forward_dynamics, inverse_dynamics
 from hybrid_dynamics_core.programs.model import Inputs, Model, Program
@@ -87,6 +87,46 @@ def test_random_programs(seed: int) -> None:
     np.testing.assert_allclose(values_of(shorter, point), expected, rtol=0.0, atol=1e-11 * size)
     assert [(c.threshold, c.code) for c in shorter.checks] == [(0.1, 3)]
     assert values_of(shorter, point)[8:12] == expected[8:12], "the other outputs stay as they are"
+
+
+@given(st.integers(0, 10**6))
+def test_another_order_changes_nothing(seed: int) -> None:
+    traced = trace(random_program(seed), [SIZE])
+    ordered = scheduled(traced)
+    point = np.random.default_rng(seed).uniform(-0.2, 0.2, SIZE).tolist()
+    assert values_of(ordered, point) == values_of(traced, point)
+    assert len(ordered.live) == len(traced.live)
+
+
+def test_fewer_values_wait_in_another_order() -> None:
+    """Each root is used late as it is written; one can be used as soon as it is there."""
+
+    def run(x: Scalars) -> Results:
+        roots = [sqrt(x[0] + float(k)) for k in range(50)]
+        total: Scalar = 0.0
+        for root in roots:
+            total = total + root
+        return Results({"y": total}, [])
+
+    written = trace(run, [1])
+    assert most_waiting(written) == 50
+    assert most_waiting(scheduled(written)) <= 3
+
+
+def most_waiting(traced: Trace) -> int:
+    """The largest number of results that wait for a use."""
+    graph = traced.graph
+    last: dict[int, int] = {}
+    for index in traced.live:
+        for operand in graph.operands(index):
+            last[operand] = index
+    waiting, most = 0, 0
+    for index in traced.live:
+        used = {x for x in graph.operands(index) if graph.nodes[x][0] != "input"}
+        waiting -= sum(last[operand] == index for operand in used)
+        waiting += index in last and graph.nodes[index][0] != "input"
+        most = max(most, waiting)
+    return most
 
 
 def test_what_terms_have_in_common_is_computed_once() -> None:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Literal
 
+from ..rewrite import scheduled
 from ..trace import Trace
 from . import entry
 from .atan2 import atan2_function
 from .blocks import block_functions
 from .entry import Header, one_entry, path_entry, rows_entry
 from .held_entry import DECLARATIONS, held_entry
+from .rows import rows_function, wide_functions
 from .sincos import sincos_functions
-from .states import one_functions, path_function, rows_function, wide_functions
+from .states import one_functions, path_function
 from .steps import StepsFunction, slope_function, steps_entry
 from .text import declarations
 from .xla_entry import xla_32_entry, xla_one_entry, xla_rows_entry
@@ -23,7 +25,11 @@ Form = Literal["one", "rows", "path", "xla_one", "xla_rows", "xla_32", "steps"]
 
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     """LLVM IR with the function `call` of a form; rows are computed in vectors of `width`."""
-    widths = [1, width] if form in ("rows", "xla_rows") and width > 1 else [1]
+    widths = [1]
+    if form in ("rows", "xla_rows") and width > 1:
+        widths.append(width)
+        # One state is computed faster in the other order, in which more is independent.
+        trace = scheduled(trace)
     parts = [entry.DECLARATIONS, DECLARATIONS]
     for w in widths:
         parts += [line + "\n" for line in declarations(w)]

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from ..graph import Symbol
 from ..trace import Trace
 from .nodes import CallBlock, Fetch, Nodes
-from .text import Function, Lanes
+from .text import ALIGNED, Function, Lanes
 
 UNDIVIDED = 20_000  # [nodes] longest trace in one part
 PART = 2000  # [nodes] part of a longer trace
@@ -58,7 +58,7 @@ class Parts:
 
     def _function(self, k: int, call: CallBlock) -> str:
         parameters = ", ".join([*self.parameters, "ptr %memory"])
-        f = Function(f"define internal void @{self.name}.{k}({parameters}) noinline")
+        f = Function(f"define internal void @{self.name}.{k}({parameters}) {ALIGNED}")
         lanes = Lanes(f, self.width)
         part = self._divided[k]
         nodes = Nodes(self.trace, lanes, part, self._from("%memory"), call)

@@ -6,6 +6,10 @@ import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+# Attributes of a function whose vectors in memory lie within lines of the cache. LLVM aligns its
+# stack by itself only where there are slots.
+ALIGNED = 'noinline "stackrealign"'
+
 
 def constant(value: float) -> str:
     """The exact text of a double."""

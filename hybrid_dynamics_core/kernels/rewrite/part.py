@@ -30,7 +30,7 @@ def ordered(trace: Trace, names: Sequence[str]) -> Trace:
         digests[index] = _digest(part, index, digests)
         before = [depths[operand] for operand in part.graph.operands(index)]
         depths[index] = 1 + max(before, default=0)
-    copy = _Copy(trace.graph, Graph())
+    copy = Copy(trace.graph, Graph())
     for index in sorted(part.live, key=lambda k: (depths[k], digests[k])):
         copy.add(index, keep=index in kept)
     return replace(
@@ -44,7 +44,7 @@ def ordered(trace: Trace, names: Sequence[str]) -> Trace:
 
 def joined(trace: Trace, part: Trace) -> Trace:
     """A trace that takes its rewritable outputs and its checks from the rewritten part."""
-    copy = _Copy(trace.graph, part.graph)
+    copy = Copy(trace.graph, part.graph)
     others = [name for name, _ in trace.layout if name not in part.rewritable]
     for index in trace.graph.live(_chosen(trace, others)):
         copy.add(index, keep=True)
@@ -90,7 +90,7 @@ def _digest(trace: Trace, index: int, digests: dict[int, bytes]) -> bytes:
     return blake2b(b" ".join([op.encode(), *parts]), digest_size=12).digest()
 
 
-class _Copy:
+class Copy:
     """Copies nodes from a graph to another one.
 
     Attributes:
