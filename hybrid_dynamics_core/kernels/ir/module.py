@@ -38,20 +38,32 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
         functions += [*sincos_functions(w), atan2_function(w)]
     parts += dict.fromkeys(functions)  # without duplicates
     parts += block_functions(trace, widths[-1])
-    if form == "one":
-        parts += [*one_functions(trace), one_entry(trace, header)]
-        parts += [held_entry(trace, header)]
-    elif form == "xla_one":
-        parts += [*one_functions(trace), xla_one_entry(trace)]
-    elif form == "xla_32":
-        parts += [*one_functions(trace), xla_32_entry(trace)]
-    elif form == "steps":
-        parts += [*one_functions(trace), slope_function(trace), StepsFunction(trace).text()]
-        parts.append(steps_entry(trace, header))
-    elif form == "path":
-        parts += [*one_functions(trace), path_function(trace), path_entry(trace, header)]
-    else:
-        parts += wide_functions(trace, width) if width > 1 else one_functions(trace)
-        parts.append(rows_function(trace, width))
-        parts.append(xla_rows_entry(trace) if form == "xla_rows" else rows_entry(trace, header))
+    parts += _functions(trace, form, width, header)
     return "".join(parts)
+
+
+def _functions(trace: Trace, form: Form, width: int, header: Header) -> list[str]:
+    """The functions of a trace, its entry among them."""
+    if form == "rows":
+        return [*_rows_functions(trace, width), rows_entry(trace, header)]
+    if form == "xla_rows":
+        return [*_rows_functions(trace, width), xla_rows_entry(trace)]
+    functions = one_functions(trace)
+    if form == "one":
+        functions += [one_entry(trace, header), held_entry(trace, header)]
+    elif form == "xla_one":
+        functions.append(xla_one_entry(trace))
+    elif form == "xla_32":
+        functions.append(xla_32_entry(trace))
+    elif form == "steps":
+        functions += [slope_function(trace), StepsFunction(trace).text()]
+        functions.append(steps_entry(trace, header))
+    else:
+        functions += [path_function(trace), path_entry(trace, header)]
+    return functions
+
+
+def _rows_functions(trace: Trace, width: int) -> list[str]:
+    if width == 1:
+        return [*one_functions(trace), rows_function(trace, width)]
+    return [*wide_functions(trace, width), rows_function(trace, width)]
