@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from multiprocessing.reduction import ForkingPickler
 from typing import Any, Final
 
 import numpy as np
@@ -34,12 +35,12 @@ class TrajectoryStep:
 
         Attributes:
             goal: request of the service, or goal of the action.
-            task: the partial result; None before the first piece.
+            task: the partial result as bytes; None before the first piece.
             joints: names of joints for `JointMaps`.
         """
 
         goal: Any = None
-        task: TrajectoryTask | None = None
+        task: bytes | None = None
         joints: Sequence[str] = ()
 
     @dataclass
@@ -48,7 +49,7 @@ class TrajectoryStep:
 
         Attributes:
             error_code, error_text: why the conversion failed.
-            task: the partial result; None if complete.
+            task: the partial result as bytes, which the node does not read; None if complete.
             answer: the result, if complete.
             maps: the joint maps, if complete.
             stage, progress, reached, nearest: as in the action's feedback.
@@ -56,7 +57,7 @@ class TrajectoryStep:
 
         error_code: int = 0
         error_text: str = ""
-        task: TrajectoryTask | None = None
+        task: bytes | None = None
         answer: ConvertTrajectory.Response | None = None
         maps: JointMaps | None = None
         stage: str = ""
@@ -86,18 +87,27 @@ def trajectory_step(
     context: ServiceContext, request: TrajectoryStep.Request, response: TrajectoryStep.Response
 ) -> None:
     """Do one piece of a conversion."""
-    task = request.task or TrajectoryTask(context, request.goal)
+    task = _task_of(context, request)
     task.advance(context, BUDGET)
     stage = task.stage
     response.stage = "path" if isinstance(stage, PathSearch) else "motion"
     response.progress, response.reached = stage.progress, stage.reached
     response.nearest = task.nearest
     if not task.is_done:
-        response.task = task
+        # In one piece: the node would hold the GIL to make thousands of arrays.
+        response.task = bytes(ForkingPickler.dumps(task))
         return
     response.answer = ConvertTrajectory.Response()
     task.fill(context.robot, response.answer)
     response.maps = _maps(context.robot, task, request.joints)
+
+
+def _task_of(context: ServiceContext, request: TrajectoryStep.Request) -> TrajectoryTask:
+    """The task of a piece: a new one, or the one that an earlier piece sent."""
+    if request.task is None:
+        return TrajectoryTask(context, request.goal)
+    task: TrajectoryTask = ForkingPickler.loads(request.task)
+    return task
 
 
 def _maps(robot: Robot, task: TrajectoryTask, joints: Sequence[str]) -> JointMaps | None:
