@@ -18,7 +18,11 @@ from ..messages.joint_samples import (
     active_order,
 )
 from ..stream.conditions import loads_of
-from ..stream.floating.first_charts import require_first_charts
+from ..stream.floating.first_charts import (
+    CoordinateMotion,
+    motion_in_first,
+    require_first_charts,
+)
 from ..stream.frames import FrameNames, frame_names
 from ..stream.situation import Situation
 
@@ -53,11 +57,27 @@ class ServiceContext:
             du: their rates (n,), zero if None.
 
         Raises:
-            StateError: as in `robot.close`.
+            StateError: as in `robot.close`, or an active ball joint is in its second chart.
         """
         state = self.robot.close(u, du, near=self.mode)
-        require_first_charts(self.robot, state)
+        require_first_charts(self.robot, state, self.robot.active)
         return state
+
+    def motion_of(self, state: ClosedState, dds: FloatArray | None = None) -> CoordinateMotion:
+        """The motion of a state as messages have it.
+
+        Args:
+            state: the state.
+            dds: accelerations of all coordinates (n_s,) in its charts; None if unknown.
+
+        Raises:
+            SingularityError: as in `motion_in_first`.
+            RejectedError: a number is not finite.
+        """
+        with np.errstate(invalid="ignore"):
+            motion = motion_in_first(self.robot, state, dds)
+        require_finite(*motion)
+        return motion
 
     def active_motion(self, message: JointState) -> OrderedMotion:
         """The motion of the active joints in a message.

@@ -55,11 +55,12 @@ def inverse_dynamics(
     position, velocity, acceleration = active_order(robot).arrange(sample).complete()
     state = context.close(position, velocity)
     efforts = robot.inverse_dynamics(state, acceleration, context.loads)
-    require_finite(state.s, state.ds, efforts)
+    require_finite(efforts)
+    s, ds, _ = context.motion_of(state)
 
     header = Header(stamp=given.header.stamp)
     response.efforts = conversions.joint_state(header, robot.active, position, velocity, efforts)
-    response.joint_state = conversions.joint_state(header, robot.coordinates, state.s, state.ds)
+    response.joint_state = conversions.joint_state(header, robot.coordinates, s, ds)
 
 
 def forward_dynamics(
@@ -83,10 +84,9 @@ def forward_dynamics(
     tau = _efforts_of(order, given)
     state = context.close(motion.position, motion.velocity)
     ddu = robot.forward_dynamics(state, tau, context.loads)
-    dds = robot.accelerations(state, ddu)
-    require_finite(state.s, state.ds, dds)
+    motion_of_all = context.motion_of(state, robot.accelerations(state, ddu))
     header = Header(stamp=given.header.stamp)
-    response.motion = conversions.joint_motion(header, robot.coordinates, state.s, state.ds, dds)
+    response.motion = conversions.joint_motion(header, robot.coordinates, *motion_of_all)
 
 
 def _efforts_of(order: JointOrder, message: JointState) -> FloatArray:

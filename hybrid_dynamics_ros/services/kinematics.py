@@ -28,6 +28,7 @@ from ..messages.joint_samples import (
     resting_besides,
 )
 from ..parameters import TF_TARGETS
+from ..stream.floating.first_charts import in_first_charts
 from ..stream.stroke_margins import StrokeMargins
 from .context import ServiceContext, require_finite
 
@@ -48,11 +49,15 @@ def solve_fk(context: ServiceContext, request: SolveFK.Request, response: SolveF
     frames = list(request.frames) or [robot.end_effector]
     require_frames(robot, *frames)
     poses = [robot.forward_kinematics(state, frame) for frame in frames]
-    velocity = None if motion.velocity is None else state.ds
-    require_finite(state.s, velocity, *(pose.position for pose in poses))
+    require_finite(*(pose.position for pose in poses))
+    s, _ = in_first_charts(robot, state)
+    velocity = None
+    if motion.velocity is not None:
+        velocity = context.motion_of(state).velocity
+    require_finite(s)
 
     header = Header(stamp=given.header.stamp, frame_id=context.frames.base)
-    response.joint_state = conversions.joint_state(header, robot.coordinates, state.s, velocity)
+    response.joint_state = conversions.joint_state(header, robot.coordinates, s, velocity)
     response.poses = [_pose_message(header, pose) for pose in poses]
     response.residual = float(np.max(state.residual))
 
@@ -71,7 +76,8 @@ def solve_ik(context: ServiceContext, request: SolveIK.Request, response: SolveI
     result = _solution(context, request)
     state = result.state
     if state is not None and np.isfinite(state.s).all():
-        response.solution = conversions.joint_state(header, robot.coordinates, state.s)
+        s, _ = in_first_charts(robot, state)
+        response.solution = conversions.joint_state(header, robot.coordinates, s)
         response.loops = list(result.branch)
         response.branches = [str(mode) for mode in result.branch.values()]
     if result.status is not IKStatus.SOLVED or state is None:
@@ -138,9 +144,9 @@ def close_loops(
     except InputError as error:
         raise RejectedError(RejectionCode.BAD_REQUEST, one_line(error)) from error
     dds = np.full_like(state.s, np.nan) if state.dds is None else state.dds
-    require_finite(state.s, state.ds, dds)
+    motion_of_all = context.motion_of(state, dds)
     header = Header(stamp=given.header.stamp)
-    response.motion = conversions.joint_motion(header, robot.coordinates, state.s, state.ds, dds)
+    response.motion = conversions.joint_motion(header, robot.coordinates, *motion_of_all)
     response.closed_state = closed_state_message(robot, state, given.header.stamp)
 
 

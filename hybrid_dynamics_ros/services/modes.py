@@ -18,6 +18,7 @@ from hybrid_dynamics_core.ground.wording import counted, one_line
 from ..messages import conversions
 from ..messages.joint_samples import FloatArray, RejectedError, RejectionCode
 from ..stream.conditions import NewMode
+from ..stream.floating.first_charts import in_first_charts
 from ..stream.stroke_margins import joint_limits
 from .context import ServiceContext
 
@@ -147,10 +148,11 @@ def describe_robot(
 
 
 def _message(robot: Robot, state: ClosedState) -> AssemblyMode:
+    s, _ = in_first_charts(robot, state)
     return AssemblyMode(
         loops=list(state.branch),
         branches=list(map(str, state.branch.values())),
-        joint_state=conversions.joint_state(Header(), robot.coordinates, state.s),
+        joint_state=conversions.joint_state(Header(), robot.coordinates, s),
     )
 
 

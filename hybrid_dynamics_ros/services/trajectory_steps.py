@@ -170,12 +170,15 @@ def _point_of(
     motion = active_order(robot).arrange(sample)
     state = context.close(motion.position, motion.velocity)
     places = np.array([robot.coordinates.index(name) for name in joints], dtype=np.intp)
+    dds = None
+    if motion.velocity is not None and motion.acceleration is not None:
+        dds = robot.accelerations(state, motion.acceleration)
+    s, ds, dds = context.motion_of(state, dds)
     result = JointTrajectoryPoint(
-        positions=conversions.to_field(state.s[places]), time_from_start=point.time_from_start
+        positions=conversions.to_field(s[places]), time_from_start=point.time_from_start
     )
     if motion.velocity is not None:
-        result.velocities = conversions.to_field(state.ds[places])
-        if motion.acceleration is not None:
-            all_of_them = robot.accelerations(state, motion.acceleration)
-            result.accelerations = conversions.to_field(all_of_them[places])
+        result.velocities = conversions.to_field(ds[places])
+    if dds is not None:
+        result.accelerations = conversions.to_field(dds[places])
     return result

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot, SingularityError
-from hybrid_dynamics_core.algebra.charts import FIRST, SECOND, angles_in, rate_matrix
+from hybrid_dynamics_core.algebra.charts import FIRST, SECOND, Turns, angles_in, rate_matrix
 
 from ...messages.joint_samples import FloatArray
 
@@ -68,6 +69,57 @@ def in_first_charts(robot: Robot, state: ClosedState) -> tuple[FloatArray, Float
         (n_s,) [rad, m] and (n_s,) [rad/s, m/s]; (N, n_s) for rows.
     """
     return turned_to_first(robot, charts_of(robot, state), state.s, state.ds)
+
+
+class CoordinateMotion(NamedTuple):
+    """Motion of all coordinates as messages have it, ball and free joints in the first chart.
+
+    Attributes:
+        position: (n_s,) [rad, m].
+        velocity: (n_s,) [rad/s, m/s].
+        acceleration: (n_s,) [rad/s^2, m/s^2]; None if unknown.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray | None
+
+
+def motion_in_first(
+    robot: Robot, state: ClosedState, dds: FloatArray | None = None
+) -> CoordinateMotion:
+    """The motion of one state.
+
+    Args:
+        robot: the robot.
+        state: its state.
+        dds: accelerations of all coordinates (n_s,) in the charts of the state.
+
+    Raises:
+        SingularityError: the second turn of a ball joint in a loop is exactly a quarter turn, where
+            rates of the first chart are undefined.
+    """
+    s, ds = in_first_charts(robot, state)
+    if np.isnan(ds).any() and np.isfinite(state.ds).all():
+        problem = "a ball or free joint is at a quarter turn of its second turn: it has no rates"
+        raise SingularityError(problem, loop="", distance=0.0)
+    if dds is None or s is state.s:
+        return CoordinateMotion(s, ds, dds)
+    dds = dds.copy()
+    charts = charts_of(robot, state)
+    for k, joint in enumerate(robot.description.freely_turning):
+        if charts[k] == FIRST:
+            continue
+        turns = [robot.coordinates.index(name) for name in joint.turns]
+        spin = rate_matrix(state.s[turns]) @ dds[turns] + _bias(state.s[turns], state.ds[turns])
+        spin -= _bias(s[turns], ds[turns])
+        dds[turns] = np.linalg.solve(rate_matrix(s[turns]), spin)
+    return CoordinateMotion(s, ds, dds)
+
+
+def _bias(angles: FloatArray, rates: FloatArray) -> FloatArray:
+    """Angular acceleration (3,) [rad/s^2] of three turns at constant rates."""
+    return np.array(Turns.at(angles).bias(rates, rates))
 
 
 def turned_to_first(

@@ -1,0 +1,91 @@
+"""Services of robots whose ball joints in loops turn through every orientation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
+from hybrid_dynamics_msgs.srv import CloseLoops, ForwardDynamics, InverseDynamics, SolveFK
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_ros.services.answers import guarded
+from hybrid_dynamics_ros.services.context import ServiceContext
+from hybrid_dynamics_ros.services.table import BY_NAME
+from hybrid_dynamics_ros.stream.floating.first_charts import charts_of
+from tests.ros.test_ball_joints import rod_on_a_ball
+from tests.sampling import examples
+
+BALL_TURNS = ("hip_rx", "hip_ry", "hip_rz")
+RATE = 1.0  # [rad/s] of the crank
+STEP = 1e-4  # [s]
+
+
+def answer(robot: Robot, service: str, request: object) -> object:
+    kind = BY_NAME[service].kind
+    response, _ = guarded(BY_NAME[service].answer, ServiceContext(robot), request, kind.Response())
+    assert response.error_code == ErrorCode.OK, response.error_text
+    return response
+
+
+def columns(motion: object) -> tuple[np.ndarray, np.ndarray]:
+    """Position and velocity of the turns of the ball, by the names of a message."""
+    places = [list(motion.name).index(name) for name in BALL_TURNS]
+    return np.array(motion.position)[places], np.array(motion.velocity)[places]
+
+
+def motion_at(robot: Robot, u: float) -> JointMotion:
+    """What ~/close_loops answers for the crank at u, at a constant rate."""
+    given_ = JointMotion(name=["q1"], position=[u], velocity=[RATE], acceleration=[0.0])
+    return answer(robot, "close_loops", CloseLoops.Request(given=given_)).motion
+
+
+def second_charts(robot: Robot) -> list[float]:
+    """Places of the crank at which the ball in the loop is in its second chart."""
+    path = robot.close_path(0.3 + np.linspace(0.0, 2.0, 12)[:, None])
+    charts = np.broadcast_to(charts_of(robot, path), (12, 1))
+    return [float(path.u[k, 0]) for k in range(12) if np.any(charts[k] < 0.0)]
+
+
+@given(st.integers(0, 10_000))
+@examples(8)
+def test_angles_of_services_are_those_of_the_urdf_in_both_charts(seed: int) -> None:
+    robot = rod_on_a_ball(seed)
+    for u in [0.3, *second_charts(robot)[:3]]:
+        state = robot.close([u], [RATE])
+        joints = JointState(name=["q1"], position=[u], velocity=[RATE], effort=[0.1])
+        still = JointMotion(name=["q1"], position=[u], velocity=[RATE], acceleration=[0.0])
+        found = [
+            answer(robot, "solve_fk", SolveFK.Request(active_joints=joints)).joint_state,
+            answer(robot, "inverse_dynamics", InverseDynamics.Request(motion=still)).joint_state,
+            answer(robot, "forward_dynamics", ForwardDynamics.Request(active_joints=joints)).motion,
+        ]
+        expected = robot.joint_pose(state, "hip").rotation
+        for message in found:
+            angles, rates = columns(message)
+            turned = Rotation.from_euler("XYZ", angles)
+            assert turned.as_matrix() == pytest.approx(expected, abs=1e-9)
+            later = Rotation.from_euler("XYZ", angles + STEP * rates)
+            spin = (turned.inv() * later).as_rotvec() / STEP
+            # a difference of first order, of turns whose rates grow beside the quarter turn
+            far = 1.0 / np.cos(angles[1])
+            assert spin == pytest.approx(robot.joint_twist(state, "hip"), abs=20.0 * STEP * far**3)
+
+
+@given(st.integers(0, 10_000))
+@examples(8)
+def test_accelerations_of_services_are_the_differences_of_their_rates(seed: int) -> None:
+    robot = rod_on_a_ball(seed)
+    for u in second_charts(robot)[:3]:
+        places = [robot.coordinates.index(name) for name in BALL_TURNS]
+        here = motion_at(robot, u)
+        before, after = motion_at(robot, u - STEP), motion_at(robot, u + STEP)
+        angles, _ = columns(here)
+        rises = (columns(after)[1] - columns(before)[1]) / (2.0 * STEP * RATE)
+        far = 1.0 / np.cos(angles[1])
+        # differences of second order
+        expected = np.array(here.acceleration)[places]
+        assert rises == pytest.approx(expected, rel=1e-5, abs=1e3 * STEP**2 * far**5)
