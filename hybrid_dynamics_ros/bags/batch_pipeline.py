@@ -98,8 +98,8 @@ class BatchPipeline:
         """Wrap a pipeline, whose counts and filter are continued."""
         self.pipeline = pipeline
         self.first_rejections: dict[str, str] = {}  # the first text of each kind
-        # Sets the motion of the base to the recorded one at a log time [ns].
-        self.move_base: Callable[[int], None] = lambda _: None
+        # Each sets motions of ball and free joints to those recorded at a log time [ns].
+        self.movers: list[Callable[[int], None]] = []
 
     def process(self, samples: Samples, given: RateRows | None = None) -> BatchResult | None:
         """Results of the samples; None if none was accepted.
@@ -252,7 +252,8 @@ class BatchPipeline:
         return BatchResult(accepted, samples.log_ns[accepted], _runs_of(results))
 
     def _sample(self, samples: Samples, row: int, given: RateRows | None) -> JointSample:
-        self.move_base(int(samples.log_ns[row]))
+        for move in self.movers:
+            move(int(samples.log_ns[row]))
         velocity = samples.velocity[row]
         if np.isnan(velocity).all():
             velocity = None

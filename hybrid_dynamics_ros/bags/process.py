@@ -16,9 +16,8 @@ from hybrid_dynamics_core.ground.progress import Progress
 
 from ..messages.cdr import MessageTemplate
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE
-from ..messages.joint_samples import RejectionCode, resting_joints
+from ..messages.joint_samples import RejectionCode
 from ..parameters import PARTIAL_AGE
-from ..stream.floating.base import OdometryInput
 from ..stream.pipeline import Pipeline
 from .batch_outputs import BagOutput, outputs_of
 from .batch_pipeline import BatchPipeline, BatchResult
@@ -27,7 +26,7 @@ from .errors import BagCallError, BagError
 from .input_topic import input_topic
 from .job import CAUSAL, Job, Outcome
 from .provenance import process_notes, robot_notes
-from .recorded_odometry import RecordedOdometry
+from .recorded_poses import recorded_poses
 from .recorded_pressures import RecordedPressures
 from .samples import Samples, slices
 from .settings import make_pipeline
@@ -100,14 +99,13 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             decoder = Decoder(
                 measured,
                 topic.kind,
-                resting=resting_joints(robot),
+                resting=pipeline.resting,
                 max_age=job.settings[PARTIAL_AGE],
                 extras=pipeline.extras,
             )
             transfer = _Transfer(pipeline, decoder, outputs, bag, outcome, watch)
             transfer.pressures = RecordedPressures(pipeline.pressures, source, transfer.losses)
-            if pipeline.odometry is not None:
-                transfer.take_odometry(pipeline.odometry, source)
+            transfer.take_poses(source)
             transfer.run(source, topic, [entry.name for entry in copied], shown)
             outcome.losses = [*transfer.losses.describe(), *source.losses.describe()]
             _require_results(outcome, topic, pipeline)
@@ -189,10 +187,10 @@ class _Transfer:
         self._has_description = False
         self._waiting: list[Samples] = []  # for smoothing as a whole
 
-    def take_odometry(self, odometry: OdometryInput, source: BagReader) -> None:
-        """Set the motion of the base from the odometry of a bag."""
-        recorded = RecordedOdometry(odometry, source, self.losses)
-        self._batches.move_base = recorded.go_to
+    def take_poses(self, source: BagReader) -> None:
+        """Set motions of ball and free joints from the poses of a bag."""
+        for recorded in recorded_poses(self._batches.pipeline.poses, source, self.losses):
+            self._batches.movers.append(recorded.go_to)
 
     def run(
         self, source: BagReader, topic: Topic, copied: Sequence[str], shown: bool | None

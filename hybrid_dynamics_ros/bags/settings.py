@@ -31,7 +31,7 @@ from ..stream.conditions import (
     calibration_of,
     kalman_of,
     loads_of,
-    odometry_of,
+    poses_of,
 )
 from ..stream.pipeline import Pipeline
 from .errors import BagError, wrong_kind
@@ -90,7 +90,7 @@ def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
         max_gap,
         settings[MEASURED],
         kalman_of(settings),
-        odometry_of(robot, settings),
+        poses_of(robot, settings),
     )
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
     pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]

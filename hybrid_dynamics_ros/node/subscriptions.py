@@ -7,20 +7,21 @@ import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 from hybrid_dynamics_msgs.msg import CylinderStates, JointMotion
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, MultiDOFJointState
 
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.filtering import Sensor
 
 from ..messages import conversions
 from ..messages.imu import sample_of_imu
+from ..messages.joint_poses import samples_of_joint_poses
 from ..messages.joint_samples import (
     JointSample,
     RejectedError,
@@ -42,7 +43,7 @@ from ..parameters import (
 )
 from ..stream.estimates.sensor_input import SensorInput
 from ..stream.filter.filter import StampEvent
-from ..stream.floating.base import OdometryInput
+from ..stream.floating.base import PoseInputs
 from ..stream.rate_limit import ThrottledLog
 from ..stream.results import MotionResult
 from ..stream.runtime import Runtime
@@ -59,6 +60,14 @@ _BACK_TO_BACK: Final = 2e-4
 _RESUME: Final = 1e-3  # [s] until pending messages without a successor are processed
 _STEADY: Final = Clock(clock_type=ClockType.STEADY_TIME)
 _STUCK: Final = 3  # consecutive inputs with the same stamp
+
+
+class PoseReader(NamedTuple):
+    """How messages of poses are read: their type, its conversion, and what takes the result."""
+
+    kind: type
+    sample_of: Callable[[Any], Any]
+    take: Callable[[Any], None]
 
 
 class Stream:
@@ -89,13 +98,21 @@ class Stream:
         motions = reader_of(JointMotion, conversions.sample_of_motion)
         self._subscribe(JointMotion, "~/active_joint_motions", partial(self._process, motions))
         self._subscribe(CylinderStates, "~/cylinder_pressures", self._take_pressures)
-        odometry = self._runtime.pipeline.odometry
-        if odometry is not None:
-            kind = odometry_type()
-            self._subscribe(kind, odometry.topic, partial(self._take_odometry, odometry, kind))
-
+        self._subscribe_poses(self._runtime.pipeline.poses)
         if self._runtime.sensors is not None:
             self._subscribe_sensors(self._runtime.sensors)
+
+    def _subscribe_poses(self, poses: PoseInputs) -> None:
+        """Subscribe to odometry and to poses of ball and free joints, where they are measured."""
+        odometry, joint_poses = poses.odometry, poses.joints
+        if odometry is not None:
+            kind = odometry_type()
+            take = PoseReader(kind, sample_of_odometry, odometry.take)
+            self._subscribe(kind, odometry.topic, partial(self._take_poses, take))
+        if joint_poses is not None:
+            kind = MultiDOFJointState
+            take = PoseReader(kind, samples_of_joint_poses, joint_poses.take)
+            self._subscribe(kind, joint_poses.topic, partial(self._take_poses, take))
 
     def _subscribe_sensors(self, sensors: SensorInput) -> None:
         """Subscribe to the topics of IMUs and other sensors, whose estimates are the input."""
@@ -201,14 +218,14 @@ class Stream:
             return _fault()
         return None
 
-    def _take_odometry(self, odometry: OdometryInput, kind: type, message: bytes) -> bool:
-        """Store the motion of the base; False if the message is unusable."""
+    def _take_poses(self, reader: PoseReader, message: bytes) -> bool:
+        """Store motions of ball and free joints; False if the message is unusable."""
         rejection = oversized(len(message))
         try:
             if rejection is None:
-                sample = sample_of_odometry(deserialize_message(message, kind))
+                sample = reader.sample_of(deserialize_message(message, reader.kind))
                 with self._runtime.lock:
-                    odometry.take(sample)
+                    reader.take(sample)
         except RejectedError as error:
             rejection = error.rejection
         except Exception:  # noqa: BLE001 - as in `_attempt`

@@ -34,6 +34,7 @@ TOPIC_RATES: Final[Mapping[str, Parameter[float]]] = {
     "required_efforts": _rate("required_efforts", 0.0),
     "measured_efforts": _rate("measured_efforts", 0.0),
     "base_wrench": _rate("base_wrench", 0.0),
+    "joint_poses": _rate("joint_poses", 0.0),
     "closed_state": _rate("closed_state", 0.0),
     "end_effector_pose": _rate("end_effector_pose", 0.0),
     "end_effector_twist": _rate("end_effector_twist", 100.0),

@@ -33,6 +33,14 @@ MEASURED: Final = Parameter[OptionalNames](
     kind=str,
     length=None,
 )
+MEASURED_POSES: Final = Parameter[OptionalNames](
+    "measured_poses",
+    None,
+    "Ball and free joints whose poses and twists come on ~/active_joint_poses, so that they may"
+    " turn through any orientation. Empty: their coordinates are measured as those of others.",
+    kind=str,
+    length=None,
+)
 GRAVITY: Final = Parameter[OptionalFloats](
     "gravity",
     None,
@@ -90,6 +98,7 @@ ROWS: Final[tuple[Parameter[Any], ...]] = (
     XACRO_ARGS,
     AUTOSTART,
     MEASURED,
+    MEASURED_POSES,
     GRAVITY,
     PAYLOAD_FRAME,
     PAYLOAD_MASS,

@@ -86,7 +86,7 @@ def forward_dynamics(
     ddu = robot.forward_dynamics(state, tau, context.loads)
     motion_of_all = context.motion_of(state, robot.accelerations(state, ddu))
     header = Header(stamp=given.header.stamp)
-    response.motion = conversions.joint_motion(header, robot.coordinates, *motion_of_all)
+    response.motion = conversions.joint_motion(header, robot.coordinates, *motion_of_all.complete())
 
 
 def _efforts_of(order: JointOrder, message: JointState) -> FloatArray:

@@ -146,7 +146,7 @@ def close_loops(
     dds = np.full_like(state.s, np.nan) if state.dds is None else state.dds
     motion_of_all = context.motion_of(state, dds)
     header = Header(stamp=given.header.stamp)
-    response.motion = conversions.joint_motion(header, robot.coordinates, *motion_of_all)
+    response.motion = conversions.joint_motion(header, robot.coordinates, *motion_of_all.complete())
     response.closed_state = closed_state_message(robot, state, given.header.stamp)
 
 

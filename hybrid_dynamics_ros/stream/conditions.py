@@ -20,6 +20,7 @@ from ..parameters import (
     KALMAN,
     KALMAN_BANDWIDTH,
     MEASURED,
+    MEASURED_POSES,
     ODOMETRY,
     PARTIAL_AGE,
     PAYLOAD_COM,
@@ -34,7 +35,13 @@ from ..parameters import (
 )
 from .estimates.payload import PayloadInput
 from .filter.routes import Kalman
-from .floating.base import OdometryInput, floating_base
+from .floating.base import (
+    JointPoseInput,
+    PoseInput,
+    PoseInputs,
+    floating_base,
+    posed_joint,
+)
 from .frames import frame_names
 
 Floats = tuple[float, ...]
@@ -206,7 +213,16 @@ def _sensor(settings: NodeSettings, joint: str) -> list[float]:
     return [settings[parameter] for parameter in sensor_rows(joint)]
 
 
-def odometry_of(robot: Robot, settings: NodeSettings) -> OdometryInput | None:
+def poses_of(robot: Robot, settings: NodeSettings) -> PoseInputs:
+    """The inputs of poses that the parameters enable.
+
+    Raises:
+        ParameterError: a parameter does not fit the robot.
+    """
+    return PoseInputs(odometry_of(robot, settings), joint_poses_of(robot, settings))
+
+
+def odometry_of(robot: Robot, settings: NodeSettings) -> PoseInput | None:
     """The input of odometry, if the parameters enable it; otherwise None.
 
     Raises:
@@ -227,4 +243,35 @@ def odometry_of(robot: Robot, settings: NodeSettings) -> OdometryInput | None:
             f" {', '.join(robot.description.motors)}; leave {MEASURED.name} empty"
         )
     link = frame_names(robot, settings).of(base.link)
-    return OdometryInput(base, topic, link, settings[PARTIAL_AGE])
+    return PoseInput(base, topic, link, settings[PARTIAL_AGE])
+
+
+def joint_poses_of(robot: Robot, settings: NodeSettings) -> JointPoseInput | None:
+    """The input of poses of ball and free joints, if the parameters name some; otherwise None.
+
+    Raises:
+        ParameterError: there is no such joint, it follows from others, or odometry has it already.
+    """
+    names = settings[MEASURED_POSES]
+    if not names:
+        return None
+    if settings[MEASURED] not in (None, robot.active):
+        text = f"with poses the active joints are measured; leave {MEASURED.name} empty"
+        raise ParameterError(f"parameter {MEASURED_POSES.name}: {text}")
+    base = floating_base(robot) if settings[ODOMETRY] else None
+    joints = []
+    for name in names:
+        joint = posed_joint(robot, name)
+        problem = ""
+        if joint is None:
+            balls = [one.name for one in robot.description.freely_turning]
+            known = ", ".join(one for one in balls if posed_joint(robot, one) is not None)
+            problem = f"no ball or free joint that is active; there are: {known or 'none'}"
+        elif names.count(name) > 1:
+            problem = "named twice"
+        elif base is not None and base.joint == name:
+            problem = f"measured by {ODOMETRY.name} already"
+        if joint is None or problem:
+            raise ParameterError(f"parameter {MEASURED_POSES.name}: '{name}' is {problem}")
+        joints.append(joint)
+    return JointPoseInput(joints, "~/active_joint_poses", settings[PARTIAL_AGE])

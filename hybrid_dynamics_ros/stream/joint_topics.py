@@ -13,6 +13,7 @@ from ..messages.cdr import MessageTemplate
 from ..messages.interfaces import JOINT_STATE
 from ..messages.joint_samples import FloatArray
 from ..messages.joint_state_layout import joint_state_template
+from .floating.first_charts import efforts_in_first
 from .output_topic import Message, OutputTopic, Rows
 from .results import MotionResult
 
@@ -27,6 +28,7 @@ class JointStates(OutputTopic):
 
     def __init__(self, robot: Robot) -> None:
         self._driven = len(robot.description.motors)
+        self._has_turns = bool(robot.description.freely_turning)
         self._drives_are_active = set(robot.drives) == set(robot.description.motors)
         self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
         self._names = robot.coordinates
@@ -76,6 +78,8 @@ class JointStates(OutputTopic):
             tau = result.efforts
             if tau is None:
                 return None
+            if self._has_turns:
+                tau = efforts_in_first(result.robot, result.state, tau)
             efforts = np.zeros(result.position.shape)
             efforts[..., : self._driven] = tau[..., : self._driven]
             return efforts
@@ -119,14 +123,19 @@ class RequiredEfforts(OutputTopic):
     def __init__(self, robot: Robot) -> None:
         motors = robot.description.motors
         self._driven = len(motors)  # idle coordinates come last
+        self._has_turns = bool(robot.description.freely_turning)
         self._template = joint_state_template(motors, velocity=True, effort=True)
 
     def message(self, result: MotionResult) -> Message | None:
         """Position, velocity and effort."""
         u, du, _ = result.active
-        if result.efforts is None or du is None:
+        efforts = result.efforts
+        if efforts is None or du is None:
             return None
-        values = [part[..., : self._driven] for part in (u, du, result.efforts)]
+        if self._has_turns and result.velocity is not None:
+            u, du = result.position, result.velocity
+            efforts = efforts_in_first(result.robot, result.state, efforts)
+        values = [part[..., : self._driven] for part in (u, du, efforts)]
         return self._template, values
 
 

@@ -32,7 +32,7 @@ from .estimates.tool_force import ToolForceInput
 from .evaluator import MotionEvaluator
 from .filter.filter import StampEvent
 from .filter.routes import Kalman
-from .floating.base import OdometryInput
+from .floating.base import PoseInput, PoseInputs
 from .floating.evaluator import FloatingEvaluator, evaluator_of
 from .results import MotionResult
 
@@ -96,7 +96,8 @@ class Pipeline:
         pressures: pressures of the cylinders.
         tool: observer of the force at the tool.
         scale: newest motion, for weighing the load at the tool.
-        odometry: odometry of a floating base; None if it stays at its reference.
+        poses: measured poses of ball and free joints.
+        resting: default positions of joints that samples need not name [rad or m].
         counts: counts of the samples so far.
     """
 
@@ -107,20 +108,19 @@ class Pipeline:
         max_gap: float,
         measured: Sequence[str] | None = None,
         kalman: Kalman | None = None,
-        odometry: OdometryInput | None = None,
+        poses: PoseInputs | None = None,
     ) -> None:
         """Make the pipeline; arguments and errors are those of `MotionEvaluator`."""
-        self.odometry = odometry
-        base = None if odometry is None else odometry.base
+        self.poses = poses or PoseInputs()
         self.evaluator: MotionEvaluator = evaluator_of(
-            robot, bandwidth, max_gap, measured, kalman, base
+            robot, bandwidth, max_gap, measured, kalman, self.poses.posed
         )
-        if odometry is not None:
-            odometry.set_filter(self.evaluator.estimator)
+        for source in self.poses.every:
+            source.set_filter(self.evaluator.estimator)
         self.counts = Counts(wraps=self.evaluator.wraps)
-        resting = resting_joints(robot)
-        self._order = JointOrder(self.evaluator.measured, resting)
-        self.readings = ReadingOrder(self.evaluator.measured, resting)
+        self.resting = {**resting_joints(robot), **self.poses.resting(robot)}
+        self._order = JointOrder(self.evaluator.measured, self.resting)
+        self.readings = ReadingOrder(self.evaluator.measured, self.resting)
         self.extras: PassThrough | None = None
         self.pressures = PressureInput(robot, MAX_AGE)
         self.tool = ToolForceInput(robot)
@@ -189,6 +189,17 @@ class Pipeline:
         self.counts.received += 1
         self.counts.waiting += 1
 
+    @property
+    def odometry(self) -> PoseInput | None:
+        """Odometry of a floating base; None if it stays at its reference."""
+        return self.poses.odometry
+
+    def _place(self, stamp_ns: int) -> None:
+        """Set joints with measured poses to those at a stamp [ns]."""
+        if isinstance(self.evaluator, FloatingEvaluator):
+            for source in self.poses.every:
+                self.evaluator.motions[source.joint.joint] = source.at(stamp_ns)
+
     def _process(self, sample: JointSample, is_estimated: bool) -> MotionResult | None:
         evaluator = self.evaluator
         if evaluator.is_plain and evaluator.calibration is None:
@@ -203,8 +214,7 @@ class Pipeline:
             raise RejectedError(
                 RejectionCode.BAD_STAMP, f"stamp is {stamp_ns} ns, expected 0 or more"
             )
-        if self.odometry is not None and isinstance(self.evaluator, FloatingEvaluator):
-            self.evaluator.base_motion = self.odometry.at(stamp_ns)
+        self._place(stamp_ns)
         if is_estimated:
             return self.evaluator.given(stamp_ns, self._order.arrange(sample))
         if sample.acceleration is not None:

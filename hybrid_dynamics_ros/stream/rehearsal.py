@@ -20,7 +20,7 @@ from ..parameters import BANDWIDTH, MAX_GAP, TF_RATE, NodeSettings
 from .conditions import Conditions, loads_of
 from .estimates.payload import LEAST, SPACING, PayloadInput, Window
 from .estimates.tool_force import ToolForceInput
-from .floating.base import floating_base
+from .floating.base import PosedJoint
 from .floating.evaluator import evaluator_of
 from .results import MotionResult
 from .topics import topics_of
@@ -38,12 +38,12 @@ class Rehearsal:
     Attributes:
         measured: names of the measured joints.
         conditions: the conditions.
-        has_odometry: whether there is odometry of a floating base.
+        posed: ball and free joints with measured poses.
     """
 
     measured: tuple[str, ...]
     conditions: Conditions
-    has_odometry: bool = False
+    posed: tuple[PosedJoint, ...] = ()
 
 
 def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
@@ -55,9 +55,8 @@ def rehearse(robot: Robot, rehearsal: Rehearsal) -> None:
     """
     conditions = rehearsal.conditions
     loads = loads_of(robot, conditions)
-    base = floating_base(robot) if rehearsal.has_odometry else None
     evaluator = evaluator_of(
-        robot, BANDWIDTH.default, MAX_GAP.default, rehearsal.measured, base=base
+        robot, BANDWIDTH.default, MAX_GAP.default, rehearsal.measured, posed=rehearsal.posed
     )
     evaluator.prepare(loads)
     evaluator.loads = loads

@@ -38,7 +38,7 @@ from .conditions import (
     calibration_of,
     kalman_of,
     loads_of,
-    odometry_of,
+    poses_of,
 )
 from .estimates.sensor_input import sensor_input_of
 from .monitor import Monitor
@@ -73,7 +73,7 @@ class Runtime:
             settings[MAX_GAP],
             measured,
             kalman_of(settings),
-            odometry_of(robot, settings),
+            poses_of(robot, settings),
         )
         self.sensors = sensor_input_of(robot, measured, settings)
         self.evaluator = self.pipeline.evaluator
@@ -137,16 +137,15 @@ class Runtime:
         self.evaluator.calibrate(calibration_of(settings, self.measured))
         self.pipeline.readings.joiner.max_age = settings[PARTIAL_AGE]
         self.pipeline.pressures.max_age = settings[PARTIAL_AGE]
-        odometry = self.pipeline.odometry
-        if odometry is not None:
-            odometry.max_age = settings[PARTIAL_AGE]
+        for source in self.pipeline.poses.every:
+            source.max_age = settings[PARTIAL_AGE]
         if settings[PASS_THROUGH]:
             self.pipeline.pass_through(settings[PARTIAL_AGE])
         if any(settings[row] != self.settings[row] for row in FILTER_ROWS):
             kalman = kalman_of(settings)
             self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP], kalman)
-            if odometry is not None:
-                odometry.set_filter(self.evaluator.estimator)
+            for source in self.pipeline.poses.every:
+                source.set_filter(self.evaluator.estimator)
         self._hold(conditions)
         self.settings = self._taken = settings
 
@@ -162,8 +161,8 @@ class Runtime:
         """
         if self.is_prepared(conditions):
             return
-        has_odometry = self.pipeline.odometry is not None
-        rehearsal = Rehearsal(self.measured, conditions, has_odometry)
+        posed = self.pipeline.poses.posed
+        rehearsal = Rehearsal(self.measured, conditions, posed)
         try:
             with stored_only():
                 rehearse(self.robot, rehearsal)
@@ -232,8 +231,8 @@ class Runtime:
         self.pipeline.readings.joiner.clear()
         self.pipeline.tool.reset()
         self.pipeline.scale.reset()
-        if self.pipeline.odometry is not None:
-            self.pipeline.odometry.clear()
+        for source in self.pipeline.poses.every:
+            source.clear()
         if self.sensors is not None:
             self.sensors.clear()
         self.result = None

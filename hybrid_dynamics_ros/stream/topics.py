@@ -19,7 +19,7 @@ from ..messages.cdr import MessageTemplate
 from ..messages.link_transforms import LinkTransforms
 from ..parameters import TF_RATE, NodeSettings, Parameter
 from .estimates.topics import Contact, Payload, ToolWrench
-from .floating.base import floating_base
+from .floating.topics import BaseWrench, JointPoses
 from .frames import FrameNames, frame_names
 from .joint_topics import JointStates, MeasuredEfforts, RequiredEfforts
 from .output_topic import Message, OutputTopic, Rows
@@ -103,26 +103,6 @@ class EndEffectorTwist(OutputTopic):
         state = result.state
         twist = self._robot.jacobian(state) @ state.du[..., None]
         return self._template, (twist,)
-
-
-class BaseWrench(OutputTopic):
-    """The external wrench on a floating base, such as from contacts, for its motion.
-
-    There is no message until accelerations are known, or without odometry.
-    """
-
-    name, kind = "base_wrench", "geometry_msgs/msg/WrenchStamped"
-
-    def __init__(self, robot: Robot, names: FrameNames) -> None:
-        base = floating_base(robot)
-        link = "" if base is None else names.of(base.link)
-        self._template = MessageTemplate().header(link).slot("wrench", "<f8", 6)
-
-    def message(self, result: MotionResult) -> Message | None:
-        """Force, then moment about the origin of the link, in its axes."""
-        if result.base_wrench is None:
-            return None
-        return self._template, (result.base_wrench,)
 
 
 class LoopReactions(OutputTopic):
@@ -219,6 +199,7 @@ TOPICS: Final = (
     RequiredEfforts,
     MeasuredEfforts,
     BaseWrench,
+    JointPoses,
     ClosedStates,
     EndEffectorPose,
     EndEffectorTwist,
@@ -238,6 +219,7 @@ def topics_of(robot: Robot, settings: NodeSettings) -> list[OutputTopic]:
         RequiredEfforts(robot),
         MeasuredEfforts(robot),
         BaseWrench(robot, names),
+        JointPoses(robot),
         ClosedStates(robot),
         EndEffectorPose(names),
         EndEffectorTwist(robot, names),

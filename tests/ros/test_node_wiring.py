@@ -313,7 +313,8 @@ def test_targets_of_tf_need_its_package_and_say_so(ros_node, monkeypatch):
 POLICY = ElementTree.parse(
     Path(__file__).resolve().parents[2] / "security" / "hybrid_dynamics.policy.xml"
 )
-OPTIONAL = {"/clock", "/tf", "/tf_static"}  # by use_sim_time, rates.tf and tf_targets
+# by use_sim_time, rates.tf, tf_targets, and measured_poses
+OPTIONAL = {"/clock", "/tf", "/tf_static", "/hybrid_dynamics/active_joint_poses"}
 
 
 def allowed(kind, right):

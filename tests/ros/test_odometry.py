@@ -22,7 +22,7 @@ from hybrid_dynamics_ros.messages.joint_samples import JointSample, RejectedErro
 from hybrid_dynamics_ros.messages.link_transforms import LinkTransforms
 from hybrid_dynamics_ros.messages.odometry import OdometrySample
 from hybrid_dynamics_ros.parameters import NodeSettings, ParameterError
-from hybrid_dynamics_ros.stream.conditions import odometry_of
+from hybrid_dynamics_ros.stream.conditions import odometry_of, poses_of
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.laws.test_multi_dof import (
@@ -45,7 +45,7 @@ QUARTER = math.sqrt(0.5)
 
 def pipeline_of(robot: Robot, **settings: object) -> Pipeline:
     values = NodeSettings({"odometry.topic": "/odom", **settings})
-    return Pipeline(robot, 10.0, 0.5, odometry=odometry_of(robot, values))
+    return Pipeline(robot, 10.0, 0.5, poses=poses_of(robot, values))
 
 
 def odometry(stamp_ns: int, rng: np.random.Generator, twist: np.ndarray) -> OdometrySample:
@@ -126,7 +126,7 @@ def test_a_joint_state_needs_odometry_near_its_stamp() -> None:
     sample = JointSample(START, [KNEE], np.array([0.3]))
     early = pipeline.process(sample)
     assert isinstance(early, Rejection)
-    assert early.text.startswith(f"{FREE}: no odometry on /odom within 0.2 s: none has come yet")
+    assert early.text.startswith(f"{FREE}: no pose on /odom within 0.2 s: none has come yet")
     still = OdometrySample(START, "", np.zeros(3), np.array([0, 0, 0, 1.0]), np.zeros(6))
     pipeline.odometry.take(still)
     assert isinstance(pipeline.process(sample), MotionResult)

@@ -23,7 +23,7 @@ from ...messages.sensor_topics import (
 from ..decode import sample_of_state
 from ..errors import BagError
 from ..input_topic import input_topic
-from ..recorded_odometry import resolved
+from ..recorded_poses import resolved
 from ..storage.bag_reader import BagReader
 from .sensor_table import SensorData
 

@@ -1,4 +1,4 @@
-"""Evaluation of motions of robots with a floating base."""
+"""Evaluation of motions of robots whose ball and free joints are measured by poses."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from ..evaluator import RESTARTS, MotionEvaluator
 from ..filter.filter import StampEvent
 from ..filter.routes import Kalman
 from ..results import MotionResult, OneOrRows
-from .base import FloatingBase
+from .base import PosedJoint, PosedMotion, floating_base
 from .first_charts import require_first_charts, require_first_reference
 
 
 class FloatingEvaluator(MotionEvaluator):
-    """Evaluates samples one by one, with the base at its odometry.
+    """Evaluates samples one by one, with ball and free joints at measured poses.
 
-    Ball and free joints are closed in charts that suit the pose, so no orientation is singular.
+    They are closed in charts that suit the pose, so no orientation is singular.
 
     Attributes:
-        base: the robot's base.
-        base_motion: its motion at the next sample; at rest at the reference until one is set.
+        posed: the joints with measured poses.
+        motions: motion of each at the next sample, by name; at rest at the reference until set.
     """
 
     may_be_plain = False
@@ -36,47 +36,58 @@ class FloatingEvaluator(MotionEvaluator):
         measured: Sequence[str] | None = None,
         kalman: Kalman | None = None,
         *,
-        base: FloatingBase,
+        posed: Sequence[PosedJoint],
     ) -> None:
         """Make the evaluator of one robot; other arguments are those of `MotionEvaluator`."""
-        self.base = base
-        self.base_motion = base.at_rest(robot)
+        self.posed = tuple(posed)
+        self.motions: dict[str, PosedMotion] = {}
+        for joint in posed:
+            self.motions[joint.joint] = joint.at_rest(robot)
+        base = floating_base(robot)
+        self._base = None
+        if base is not None and base.joint in self.motions:
+            self._base = base
         super().__init__(robot, bandwidth, max_gap, measured, kalman)
 
     def _require_reference(self) -> None:
-        require_first_reference(self.robot, self.measured, self.base.joint)
+        require_first_reference(self.robot, self.measured, self.motions)
 
     def _evaluate(
         self, stamp_ns: OneOrRows, motion: OrderedMotion, event: StampEvent | None
     ) -> MotionResult:
-        robot, base, moving = self.robot, self.base, self.base_motion
+        robot = self.robot
         u, du, _ = motion
         near = None
         if robot.follows or self.mode is not None:
             near = self.mode if event in RESTARTS else self._near
-        poses, twists = {base.joint: moving.pose}, {base.joint: moving.twist}
+        poses = {name: moving.pose for name, moving in self.motions.items()}
+        twists = {name: moving.twist for name, moving in self.motions.items()}
         state = self._followed(robot.close_at_poses(poses, twists, u, du, near))
-        require_first_charts(robot, state, self.measured, base.joint)
+        require_first_charts(robot, state, self.measured, self.motions)
         self._near = state
         forces = self._forces(state, motion)
         velocity = None if du is None else state.du
         active = OrderedMotion(state.u, velocity, forces.acceleration)
         result = self._result(stamp_ns, state, active, forces.efforts, event)
-        result.base_wrench = forces.wrench
+        if self._base is not None and forces.wrenches is not None:
+            result.base_wrench = forces.wrenches[list(self._base.places)]
         return result
 
     def _forces(self, state: ClosedState, motion: OrderedMotion) -> _Forces:
-        """Accelerations, efforts and wrench, if all rates are known."""
-        places, moving = list(self.base.places), self.base_motion
+        """Accelerations, efforts and wrenches, if all rates are known."""
         _, du, ddu = motion
-        if du is None or ddu is None or moving.acceleration is None:
+        if du is None or ddu is None:
             return _Forces(None, None, None)
         by_twists = self.robot.twist_map(state)
         of_twists = by_twists.acceleration(ddu)
-        of_twists[places] = moving.acceleration
+        for joint in self.posed:
+            acceleration = self.motions[joint.joint].acceleration
+            if acceleration is None:
+                return _Forces(None, None, None)
+            of_twists[list(joint.places)] = acceleration
         acceleration = by_twists.rate_accelerations(of_twists)
         efforts = self.robot.inverse_dynamics(state, acceleration, self._loads)
-        return _Forces(acceleration, efforts, by_twists.wrenches(efforts)[places])
+        return _Forces(acceleration, efforts, by_twists.wrenches(efforts))
 
 
 class _Forces(NamedTuple):
@@ -85,12 +96,12 @@ class _Forces(NamedTuple):
     Attributes:
         acceleration: accelerations of the active coordinates (n,), in the charts of the state.
         efforts: efforts along them (n,).
-        wrench: external wrench on the base (6,) [N, N m].
+        wrenches: the same (n,), with wrenches on links of ball and free joints [N, N m].
     """
 
     acceleration: FloatArray | None
     efforts: FloatArray | None
-    wrench: FloatArray | None
+    wrenches: FloatArray | None
 
 
 def evaluator_of(
@@ -99,12 +110,12 @@ def evaluator_of(
     max_gap: float,
     measured: Sequence[str] | None = None,
     kalman: Kalman | None = None,
-    base: FloatingBase | None = None,
+    posed: Sequence[PosedJoint] = (),
 ) -> MotionEvaluator:
-    """Make the evaluator of a robot; `base` is None without odometry.
+    """Make the evaluator of a robot; `posed` are its joints with measured poses.
 
     Other arguments and errors are those of `MotionEvaluator`.
     """
-    if base is None:
+    if not posed:
         return MotionEvaluator(robot, bandwidth, max_gap, measured, kalman)
-    return FloatingEvaluator(robot, bandwidth, max_gap, measured, kalman, base=base)
+    return FloatingEvaluator(robot, bandwidth, max_gap, measured, kalman, posed=posed)

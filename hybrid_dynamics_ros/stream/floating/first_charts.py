@@ -15,25 +15,31 @@ from ...messages.joint_samples import FloatArray
 _SINGULAR = 1e-9  # cosine of the second angle below which rates are undefined
 
 
-def require_first_reference(robot: Robot, given: Collection[str], base: str = "") -> None:
+def require_first_reference(
+    robot: Robot, given: Collection[str], posed: Collection[str] = ()
+) -> None:
     """Raise InputError if a given ball or free joint is in its second chart at the reference.
 
     Args:
         robot: the robot.
         given: names of the coordinates that messages give.
-        base: name of the joint with odometry, which is exempt.
+        posed: names of joints that are measured by poses, which are exempt.
     """
     for name, chart in robot.description.charts.items():
         turns = robot.description.multi_dof[name].turns
-        if chart != FIRST and name != base and not set(turns).isdisjoint(given):
+        if chart != FIRST and name not in posed and not set(turns).isdisjoint(given):
             raise InputError(
                 f"joint {name}: its second turn is beyond a radian at the reference, where topics"
-                " and URDF have no good angles for it; turn the origin of the joint"
+                " and URDF have no good angles for it; turn the origin of the joint, or measure"
+                " its pose (parameter measured_poses)"
             )
 
 
 def require_first_charts(
-    robot: Robot, state: ClosedState, given: Collection[str] | None = None, base: str = ""
+    robot: Robot,
+    state: ClosedState,
+    given: Collection[str] | None = None,
+    posed: Collection[str] = (),
 ) -> None:
     """Raise SingularityError if a ball joint in a loop changed to its second chart.
 
@@ -42,7 +48,7 @@ def require_first_charts(
         state: its state.
         given: names of the coordinates that messages give. Only joints with one of these count;
             all joints if None.
-        base: name of the joint with odometry, which is exempt.
+        posed: names of joints that are measured by poses, which are exempt.
     """
     joints = robot.description.freely_turning
     if not joints:
@@ -50,7 +56,7 @@ def require_first_charts(
     is_second = charts_of(robot, state) != FIRST
     for k, joint in enumerate(joints):
         is_given = given is None or not set(joint.turns).isdisjoint(given)
-        if not is_given or joint.name == base:
+        if not is_given or joint.name in posed:
             is_second[..., k] = False
     if np.any(is_second):
         problem = (
@@ -84,6 +90,13 @@ class CoordinateMotion(NamedTuple):
     velocity: FloatArray
     acceleration: FloatArray | None
 
+    def complete(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position, velocity and acceleration, NaN if unknown."""
+        acceleration = self.acceleration
+        if acceleration is None:
+            acceleration = np.full_like(self.position, np.nan)
+        return self.position, self.velocity, acceleration
+
 
 def motion_in_first(
     robot: Robot, state: ClosedState, dds: FloatArray | None = None
@@ -111,15 +124,49 @@ def motion_in_first(
         if charts[k] == FIRST:
             continue
         turns = [robot.coordinates.index(name) for name in joint.turns]
-        spin = rate_matrix(state.s[turns]) @ dds[turns] + _bias(state.s[turns], state.ds[turns])
-        spin -= _bias(s[turns], ds[turns])
-        dds[turns] = np.linalg.solve(rate_matrix(s[turns]), spin)
+        before = state.s[turns]
+        after = s[turns]
+        spin = rate_matrix(before) @ dds[turns]
+        spin += _bias(before, state.ds[turns])
+        spin -= _bias(after, ds[turns])
+        dds[turns] = np.linalg.solve(rate_matrix(after), spin)
     return CoordinateMotion(s, ds, dds)
+
+
+def efforts_in_first(robot: Robot, state: ClosedState, efforts: FloatArray) -> FloatArray:
+    """Efforts of the active coordinates along angles of the first chart, where they are defined.
+
+    A moment has an effort along each of these angles at any orientation.
+
+    Args:
+        robot: the robot.
+        state: its state, or a batch of N.
+        efforts: efforts (n,) or (N, n) in the charts of the state [N m, N].
+    """
+    charts = charts_of(robot, state)
+    if np.all(charts == FIRST):
+        return efforts
+    wrenches = robot.twist_map(state).wrenches(efforts)
+    charts = np.broadcast_to(charts, (*efforts.shape[:-1], charts.shape[-1]))
+    position, _ = in_first_charts(robot, state)
+    turned = efforts.copy()
+    for k, joint in enumerate(robot.description.freely_turning):
+        turns = [robot.coordinates.index(name) for name in joint.turns]
+        if max(turns) >= state.n:
+            continue
+        axes = rate_matrix(position[..., turns])
+        moment = wrenches[..., turns]
+        along = np.einsum("...ji,...j->...i", axes, moment)
+        is_second = charts[..., k, None] != FIRST
+        turned[..., turns] = np.where(is_second, along, efforts[..., turns])
+    turned.flags.writeable = False
+    return turned
 
 
 def _bias(angles: FloatArray, rates: FloatArray) -> FloatArray:
     """Angular acceleration (3,) [rad/s^2] of three turns at constant rates."""
-    return np.array(Turns.at(angles).bias(rates, rates))
+    rates_of_turns = rates.tolist()
+    return np.array(Turns.at(angles).bias(rates_of_turns, rates_of_turns))
 
 
 def turned_to_first(
