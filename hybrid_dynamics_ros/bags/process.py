@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.errors import HybridDynamicsError
@@ -19,6 +20,7 @@ from ..messages.interfaces import JOINT_MOTION, JOINT_STATE
 from ..messages.joint_samples import RejectionCode
 from ..parameters import PARTIAL_AGE
 from ..stream.pipeline import Pipeline
+from ..stream.results import MotionResult
 from .batch_outputs import BagOutput, outputs_of
 from .batch_pipeline import BatchPipeline, BatchResult
 from .decode import Decoder
@@ -224,6 +226,8 @@ class _Transfer:
         tool = self._batches.pipeline.tool
         if tool.lost:
             self.losses.add(f"{tool.lost} samples give no force at the tool: {tool.problem}")
+        if self._batches.pipeline.chambers.problem:
+            self.losses.add(self._batches.pipeline.chambers.problem)
         outcome = self._outcome
         outcome.bulk = self._bulk_count / max(outcome.samples, 1)
         outcome.rejections = self._batches.first_rejections
@@ -282,8 +286,12 @@ class _Transfer:
             return
         if self.pressures is not None:
             self.pressures.add_to(result)
+            start = 0
             for run in result.runs:
+                end = start + len(run.position)
+                self._compare(run, result.log_ns[start:end], self.pressures)
                 self._batches.pipeline.observe(run)
+                start = end
         blocks: list[RecordBlock] = []
         for output in self._outputs:
             blocks += output.blocks(self._bag.channels[output.name], result)
@@ -293,6 +301,17 @@ class _Transfer:
         self._watch.lap("encoding")
         self._bag.write(blocks)
         self._watch.lap("writing")
+
+    def _compare(
+        self, run: MotionResult, log_ns: NDArray[np.int64], pressures: RecordedPressures
+    ) -> None:
+        """Compare measured forces with required ones, for rows that count."""
+        pipeline = self._batches.pipeline
+        if run.measured_forces is None or run.efforts is None:
+            return
+        for row, log in enumerate(log_ns.tolist()):
+            if pipeline.chambers.is_due(int(run.stamp_ns[row])):
+                pipeline.compare(run.rows(np.array([row])), pressures.newest_at(log))
 
     def _description(self, result: BatchResult) -> RecordBlock:
         """The robot's URDF, logged with the first result."""

@@ -38,7 +38,11 @@ class RecordedPressures:
         pressures.newest = ()
         order = np.argsort(np.array(log_ns, dtype=np.int64), kind="stable")
         self._log_ns = np.array(log_ns, dtype=np.int64)[order]
-        self._newest = [(), *(newest[k] for k in order)]
+        self._newest: list[tuple[MeasuredForces, ...]] = [(), *(newest[k] for k in order)]
+
+    def newest_at(self, log_ns: int) -> tuple[MeasuredForces, ...]:
+        """The newest pressures at a log time [ns]."""
+        return self._newest[int(np.searchsorted(self._log_ns, log_ns, side="right"))]
 
     def add_to(self, result: BatchResult) -> None:
         """Add the latest measured forces to results."""

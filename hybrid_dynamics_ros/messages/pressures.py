@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -40,11 +40,13 @@ class MeasuredForces(NamedTuple):
         stamp_ns: its stamp [ns].
         names: its names.
         forces: forces along each drive (d,) [N]; NaN for drives without pressures in the message.
+        exchanged: forces (d,) if cap and rod side of each cylinder were exchanged [N].
     """
 
     stamp_ns: int
     names: tuple[str, ...]
     forces: FloatArray
+    exchanged: FloatArray
 
 
 def sample_of_pressures(message: Any) -> PressureSample:
@@ -84,14 +86,10 @@ class PressureInput:
         """
         names = tuple(sample.names)
         self._check(sample, names)
-        forces = np.full(len(self.drives), np.nan)
-        pressures = zip(names, sample.cap_pressure, sample.rod_pressure, strict=True)
-        for name, cap, rod in pressures:
-            if name in self._cylinders and name in self.drives:
-                force = cylinder_force(self._cylinders[name], cap, rod)
-                forces[self.drives.index(name)] = force if np.isfinite(force) else np.nan
+        forces = self._forces(names, sample.cap_pressure, sample.rod_pressure)
+        exchanged = self._forces(names, sample.rod_pressure, sample.cap_pressure)
         others = [other for other in self.newest if other.names != names]
-        measured = MeasuredForces(sample.stamp_ns, names, forces)
+        measured = MeasuredForces(sample.stamp_ns, names, forces, exchanged)
         self.newest = (*others[-(_MOST_LISTS - 1) :], measured)
         self.sample = sample
 
@@ -106,10 +104,33 @@ class PressureInput:
             The forces, or None if no force is known.
         """
         forces = np.full(len(self.drives), np.nan)
-        for measured in newest:  # later messages overwrite earlier ones
-            if abs(stamp_ns - measured.stamp_ns) * 1e-9 <= self.max_age:
-                forces = np.where(np.isnan(measured.forces), forces, measured.forces)
+        for measured in self._recent(stamp_ns, newest):  # later messages overwrite earlier ones
+            forces = np.where(np.isnan(measured.forces), forces, measured.forces)
         return None if np.isnan(forces).all() else forces
+
+    def exchanged_at(self, stamp_ns: int, newest: tuple[MeasuredForces, ...]) -> FloatArray:
+        """The forces (d,) [N] of `at`, if cap and rod side of each cylinder were exchanged."""
+        forces = np.full(len(self.drives), np.nan)
+        for measured in self._recent(stamp_ns, newest):
+            forces = np.where(np.isnan(measured.exchanged), forces, measured.exchanged)
+        return forces
+
+    def _recent(
+        self, stamp_ns: int, newest: tuple[MeasuredForces, ...]
+    ) -> Iterator[MeasuredForces]:
+        """The messages near enough to a stamp [ns]."""
+        for measured in newest:
+            if abs(stamp_ns - measured.stamp_ns) * 1e-9 <= self.max_age:
+                yield measured
+
+    def _forces(self, names: tuple[str, ...], cap: FloatArray, rod: FloatArray) -> FloatArray:
+        """Forces along the drives (d,) [N]; NaN for those without pressures."""
+        forces = np.full(len(self.drives), np.nan)
+        for name, on_cap, on_rod in zip(names, cap, rod, strict=True):
+            if name in self._cylinders and name in self.drives:
+                force = cylinder_force(self._cylinders[name], on_cap, on_rod)
+                forces[self.drives.index(name)] = force if np.isfinite(force) else np.nan
+        return forces
 
     def _check(self, sample: PressureSample, names: tuple[str, ...]) -> None:
         if sample.stamp_ns < 0:

@@ -265,8 +265,8 @@ def joint_poses_of(robot: Robot, settings: NodeSettings) -> JointPoseInput | Non
         problem = ""
         if joint is None:
             balls = [one.name for one in robot.description.freely_turning]
-            known = ", ".join(one for one in balls if posed_joint(robot, one) is not None)
-            problem = f"no ball or free joint that is active; there are: {known or 'none'}"
+            active = ", ".join(one for one in balls if posed_joint(robot, one) is not None)
+            problem = f"no ball or free joint that is active; there are: {active or 'none'}"
         elif names.count(name) > 1:
             problem = "named twice"
         elif base is not None and base.joint == name:

@@ -25,6 +25,7 @@ from ..parameters import (
     STROKE_WARN,
     NodeSettings,
 )
+from .estimates.chambers import ChamberCheck
 from .estimates.sensor_input import SensorInput
 from .estimates.tool_force import ToolForceInput
 from .limit_margins import drives_beyond, margins_of_result
@@ -72,6 +73,7 @@ class Monitor:
         self.pressures = Tally()
         self.sensors: SensorInput | None = None
         self.tool: ToolForceInput | None = None
+        self.chambers: ChamberCheck | None = None
         # Incompatible publishers and subscriptions of the node's topics, with reasons.
         self.unconnected = ""
         self.last_error = ""
@@ -107,7 +109,7 @@ class Monitor:
             settings: settings with thresholds.
         """
         entries = [*self._traffic(counts, settings), *self._timing(result, now_ns, settings)]
-        entries += [*self._tool_entries(), *self._sensor_entries()]
+        entries += [*self._tool_entries(), *self._chamber_entries(), *self._sensor_entries()]
         return [*entries, StatusEntry("last error", self.last_error or "none")]
 
     def beyond(self, result: MotionResult) -> dict[str, str]:
@@ -150,6 +152,11 @@ class Monitor:
         self._reported_tool = self.tool.lost
         text = f"{self.tool.lost} samples give none; the newest: {self.tool.problem}"
         return [StatusEntry("force at the tool", text, _warn_if(recent > 0))]
+
+    def _chamber_entries(self) -> list[StatusEntry]:
+        """A warning on cylinders whose chambers seem to be exchanged."""
+        problem = "" if self.chambers is None else self.chambers.problem
+        return [StatusEntry("chambers", problem, Level.WARN)] if problem else []
 
     def _sensor_entries(self) -> list[StatusEntry]:
         """What became of readings of sensors; a warning if one contradicts the others."""

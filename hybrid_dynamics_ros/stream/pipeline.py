@@ -25,8 +25,9 @@ from ..messages.joint_samples import (
     rejection_of,
     resting_joints,
 )
-from ..messages.pressures import PressureInput
+from ..messages.pressures import MeasuredForces, PressureInput
 from ..messages.readings import MAX_AGE, ReadingOrder
+from .estimates.chambers import ChamberCheck
 from .estimates.payload import PayloadInput
 from .estimates.tool_force import ToolForceInput
 from .evaluator import MotionEvaluator
@@ -94,6 +95,7 @@ class Pipeline:
         readings: order and joiner of joint states.
         extras: joints that the robot does not have; None if ignored.
         pressures: pressures of the cylinders.
+        chambers: check of the sides of pressure sensors.
         tool: observer of the force at the tool.
         scale: newest motion, for weighing the load at the tool.
         poses: measured poses of ball and free joints.
@@ -123,6 +125,7 @@ class Pipeline:
         self.readings = ReadingOrder(self.evaluator.measured, self.resting)
         self.extras: PassThrough | None = None
         self.pressures = PressureInput(robot, MAX_AGE)
+        self.chambers = ChamberCheck(robot)
         self.tool = ToolForceInput(robot)
         self.scale = PayloadInput(robot)
 
@@ -156,13 +159,30 @@ class Pipeline:
             self.counts.waiting += 1
             return None
         if self.pressures.newest:
-            result.measured_forces = self.pressures.at(result.stamp_ns, self.pressures.newest)
+            newest = self.pressures.newest
+            result.measured_forces = self.pressures.at(result.stamp_ns, newest)
+            self.compare(result, newest)
             self.observe(result)
         if result.efforts is not None:
             self.counts.with_efforts += 1
         if result.event is not None:
             self.counts.events[result.event] += 1
         return result
+
+    def compare(self, result: MotionResult, newest: tuple[MeasuredForces, ...]) -> None:
+        """Compare measured forces of one sample with those that its motion requires.
+
+        Args:
+            result: the result of the sample, or one row.
+            newest: pressures at its time.
+        """
+        measured, stamp = result.measured_forces, int(np.max(result.stamp_ns))
+        if measured is None or result.efforts is None or not self.chambers.is_due(stamp):
+            return
+        required = result.drive_forces
+        if required is not None:
+            exchanged = self.pressures.exchanged_at(stamp, newest)
+            self.chambers.take(stamp, required, measured.reshape(-1), exchanged)
 
     def observe(self, result: MotionResult) -> None:
         """Let the force and the load at the tool take a result, or rows of results."""

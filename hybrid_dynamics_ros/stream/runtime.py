@@ -80,6 +80,7 @@ class Runtime:
         self.monitor = Monitor(StrokeMargins(robot))
         self.monitor.sensors = self.sensors
         self.monitor.tool = self.pipeline.tool
+        self.monitor.chambers = self.pipeline.chambers
         self.lock = threading.RLock()  # for the stream and for calls with changes
         self.result: MotionResult | None = None
         self.conditions = Conditions()
@@ -229,6 +230,7 @@ class Runtime:
         """Discard the samples so far; counts are kept."""
         self.evaluator.reset()
         self.pipeline.readings.joiner.clear()
+        self.pipeline.chambers.clear()
         self.pipeline.tool.reset()
         self.pipeline.scale.reset()
         for source in self.pipeline.poses.every:

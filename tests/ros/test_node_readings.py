@@ -240,3 +240,30 @@ def test_a_node_weighs_and_zeroes(start_node, connect):
     assert 5.0 < zeroed.duration < 6.0
     assert client.call("zero_payload", ZeroPayload.Request()).error_code == ErrorCode.NOT_READY
     assert client.call("zero_payload", ZeroPayload.Request(clear=True)).error_code == ErrorCode.OK
+
+
+@pytest.mark.sweep(sample="test_a_stream_names_the_cylinders_with_exchanged_chambers")
+def test_a_node_tells_which_chambers_seem_to_be_exchanged(start_node, connect):
+    """At rest, cap and rod pressure of the boom come as rod and cap: diagnostics name the boom."""
+    start_node("-r", "__ns:=/side", "-p", "robot:=excavator", "-p", "diagnostics.period:=0.1")
+    client = connect("/side/hybrid_dynamics", only=("describe_robot",))
+    robot = load("excavator")
+    state = robot.close(robot.reference)
+    cylinders = robot.hydraulics(state, robot.inverse_dynamics(state, np.zeros(4)))
+    cap = [float(one.cap_pressure) for one in cylinders.values()]
+    rod = [float(one.rod_pressure) for one in cylinders.values()]
+    boom = list(cylinders).index("boom_cylinder")
+    cap[boom], rod[boom] = rod[boom], cap[boom]
+    pressures = CylinderStates(name=list(cylinders), cap_pressure=cap, rod_pressure=rod)
+    message = JointState(
+        name=list(robot.active), position=state.u.tolist(), velocity=[0.0] * len(robot.active)
+    )
+
+    def told():
+        stamp = client.new_stamp(0.1)
+        client.publish("cylinder_pressures", pressures, stamp)
+        client.publish("active_joint_states", message, stamp)
+        return "boom_cylinder" in client.values("stream").get("chambers", "")
+
+    client.wait_until(told, "a warning in diagnostics", 60.0)
+    assert "exchanged" in client.values("stream")["chambers"]

@@ -67,19 +67,19 @@ class JointPoses(OutputTopic):
         return self._template(has_twists, has_wrenches), parts
 
     def _template(self, has_twists: bool, has_wrenches: bool) -> MessageTemplate:
-        known = has_twists, has_wrenches
-        if known not in self._templates:
+        parts = has_twists, has_wrenches
+        if parts not in self._templates:
             count = len(self._joints)
             names = [joint.name for joint in self._joints]
             template = MessageTemplate().header(self._robot.base_frame).strings(names)
             template.length(count).slot("transforms", "<f8", _POSE * count)
-            for what, has_some in zip(("twists", "wrenches"), known, strict=True):
+            for what, has_some in zip(("twists", "wrenches"), parts, strict=True):
                 some = count if has_some else 0
                 template.length(some)
                 if some:
                     template.slot(what, "<f8", _WRENCH * some)
-            self._templates[known] = template
-        return self._templates[known]
+            self._templates[parts] = template
+        return self._templates[parts]
 
     def _transforms(self, result: MotionResult) -> FloatArray:
         columns = []
