@@ -14,7 +14,7 @@ from ...messages.joint_samples import FloatArray
 BETTER: Final = 0.25  # share of the squares: exchanged chambers that leave less fit better
 _SPACING: Final = 100_000_000  # [ns] between samples that count
 _LEAST: Final = 20  # samples
-_KEPT: Final = 0.98  # of the sums at each sample, so that old motions fade
+_FADE: Final = 0.98  # of the sums at each sample, so that old motions fade
 
 
 class ChamberCheck:
@@ -61,8 +61,8 @@ class ChamberCheck:
         others = exchanged - needed
         is_there = np.isfinite(rises) & np.isfinite(others)
         self._counts += is_there
-        self._given = _KEPT * self._given + np.where(is_there, rises, 0.0) ** 2
-        self._exchanged = _KEPT * self._exchanged + np.where(is_there, others, 0.0) ** 2
+        self._given = _FADE * self._given + np.where(is_there, rises, 0.0) ** 2
+        self._exchanged = _FADE * self._exchanged + np.where(is_there, others, 0.0) ** 2
 
     @property
     def problem(self) -> str:
