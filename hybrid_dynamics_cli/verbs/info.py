@@ -7,9 +7,10 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 
+from ..drive_limits import hydraulic_facts, joint_facts, limit_tables, limit_text
 from ..limits import narrowed
 from ..output import ROUNDING, number, plain, show, table
 from ..parameters import json_option, loaded, robot_argument
@@ -69,6 +70,7 @@ def facts(machine: Robot) -> dict[str, Any]:
         "idle": list(machine.idle),
         "coordinates": _coordinates(machine, state.s.tolist()),
         "multi_dof": multi_dof,
+        **hydraulic_facts(description),
         "loops": loops,
         "redundant_equations": dict(machine.redundant_equations),
         "links": links,
@@ -99,10 +101,7 @@ def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]
             "child": joint.child,
             "reference": value,
             "limits": plain(limits),
-            "effort_limit": plain(joint.effort_limit),
-            "velocity_limit": plain(joint.velocity_limit),
-            "power_limit": plain(joint.power_limit),
-            "acceleration_limit": plain(joint.acceleration_limit),
+            **joint_facts(joint),
         }
         coordinates.append(entry)
     return coordinates
@@ -129,12 +128,7 @@ def text(machine: Robot, data: dict[str, Any]) -> str:
         lines.append("")
     for name, joint in data["multi_dof"].items():
         lines.append(f"{name}: {joint['type']} joint, {', '.join(joint['coordinates'])}")
-    bounds = _bound_rows(data["coordinates"])
-    if bounds:
-        lines += ["", table(["coordinate", "largest effort", "", "largest rate", ""], bounds)]
-    powers = _power_rows(data["coordinates"])
-    if powers:
-        lines += ["", table(["coordinate", "largest power", ""], powers)]
+    lines += limit_tables(data["coordinates"], data)
     if data["loops"]:
         lines += ["", _loop_table(data["loops"])]
     for loop, count in data["redundant_equations"].items():
@@ -155,38 +149,12 @@ def _freedoms(machine: Robot) -> str:
 
 
 def _coordinate_row(entry: dict[str, Any]) -> list[object]:
-    lower, upper = map(_limit, entry["limits"])
+    lower, upper = map(limit_text, entry["limits"])
     active = "idle" if entry["idle"] else ""
     if entry["active"]:
         active = "active"
     row = [entry["name"], active, entry["type"], entry["reference"]]
     return [*row, lower, upper, coordinate_unit(entry["type"])]
-
-
-def _bound_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
-    """Rows with the effort and rate limits of the coordinates that have any."""
-    rows: list[list[object]] = []
-    for entry in coordinates:
-        bounds = [entry["effort_limit"], entry["velocity_limit"]]
-        if bounds == [None, None]:
-            continue
-        effort, rate = map(_limit, bounds)
-        kind = entry["type"]
-        rows.append([entry["name"], effort, effort_unit(kind), rate, coordinate_unit(kind, "/s")])
-    return rows
-
-
-def _power_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
-    """Rows with the power limits of the drives that have any."""
-    limited = [entry for entry in coordinates if entry["power_limit"] is not None]
-    return [[entry["name"], number(entry["power_limit"]), "W"] for entry in limited]
-
-
-def _limit(value: float | None) -> str:
-    """A limit as text; a dash without one."""
-    if value is None:
-        return "-"
-    return number(value)
 
 
 def _loop_table(loops: list[dict[str, Any]]) -> str:

@@ -59,7 +59,7 @@ def test_a_table_of_efforts_is_noted_where_its_largest_effort_stands(tmp_path, i
     assert re.search(r"arm_effort_limits\[\w+\] = \{\s*12\.0, 7\.0\}", files["arm.c"])
     for name in ("arm.h", "README.md"):
         text = " ".join(files[name].split())
-        note = "Tables of largest efforts are not exported (q1): arm_effort_limits has only"
+        note = "efforts over rate and position (q1). arm_effort_ranges has the largest effort"
         assert (note in text) == is_tabled
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from ...description.model import Joint
 from ...kernels.trace import Trace
 from ...programs import OutcomeKind
 from ...robot.robot import Robot
 from .emit import count_operations
+from .limit_notes import EFFORTS, RATES, TABLES, limits_not_exported
 from .names import comment
 from .signatures import Names, signature
 from .tracer import TracedCall
@@ -34,6 +34,10 @@ CONSTANTS = (
     ("double {p}_limits[{p}_NU][2]", "lower and upper limits of u; infinite if there is none"),
     ("double {p}_velocity_limits[{p}_NU]", "largest rates; infinite if there is none"),
     ("double {p}_effort_limits[{p}_NU]", "largest efforts; infinite if there is none"),
+    (
+        "double {p}_effort_ranges[{p}_NU][2]",
+        "least and largest efforts, by pressures of cylinders too; infinite if there is none",
+    ),
     ("char *const {p}_coordinate_names[{p}_NS]", "names of the coordinates s in the description"),
 )
 INDENT = "   "  # of the lines of a comment after the first
@@ -70,7 +74,7 @@ def header_text(
     ]
     for text, meaning in CONSTANTS:
         parts.append(f"/* {meaning} */\nextern const {text.format(p=p)};\n")
-    note = table_note(robot, p)
+    note = limits_note(robot, p)
     if note:
         parts.append(f"/* {note} */\n")
     parts += [_name_lists(names, one) for one in traced if one.lists]
@@ -84,22 +88,12 @@ def header_text(
     return "\n".join(parts)
 
 
-def table_note(robot: Robot, prefix: str) -> str:
-    """What became of tables of efforts: the constant has the largest one; empty without tables."""
-    joints = robot.description.joints
-    tabled = [name for name in robot.coordinates if name in joints and _has_table(joints[name])]
-    if not tabled:
-        return ""
-    listed = ", ".join(comment(name) for name in tabled)
-    text = (
-        f"Tables of largest efforts are not exported ({listed}): {prefix}_effort_limits has only"
-        " the largest effort of an active coordinate. At a rate or position it may be less."
-    )
-    return textwrap.fill(text, 90, subsequent_indent=INDENT, break_on_hyphens=False)
-
-
-def _has_table(joint: Joint) -> bool:
-    return joint.effort_table is not None
+def limits_note(robot: Robot, prefix: str) -> str:
+    """What became of limits of drives; empty if the constants have all."""
+    note = limits_not_exported(robot.description, exported=(RATES, EFFORTS))
+    if TABLES in note:
+        note += f" {prefix}_effort_ranges has the largest effort of a table; elsewhere it is less."
+    return textwrap.fill(note, 90, subsequent_indent=INDENT, break_on_hyphens=False)
 
 
 def _opening(robot: Robot, names: Names, follows: bool) -> str:

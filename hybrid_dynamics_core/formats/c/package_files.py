@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...robot.robot import Robot
-from .header import STATUS, table_note
+from .header import STATUS, limits_note
 from .names import comment, package_name
 from .signatures import Names, signature
 from .tracer import TracedCall
@@ -90,7 +90,7 @@ target `{package}::{p}`.
 {way}
 * Nothing is allocated and nothing kept between calls. Threads need a guess each.
 * Compile without `-ffast-math`. The loads of the description are compiled in.
-{tables}
+{limits}
 ## Functions
 
 {functions}
@@ -128,12 +128,12 @@ def readme_text(robot: Robot, names: Names, traced: Sequence[TracedCall], follow
     lines = []
     for kind, (name, text) in STATUS.items():
         lines.append(f"| {int(kind)} | `{names.prefix}_{name}` | {text} |")
-    note = table_note(robot, names.prefix)
-    tables = ""
+    note = limits_note(robot, names.prefix)
+    limits = ""
     if note:
-        tables = f"* {note}\n"
+        limits = f"* {note}\n"
     return _README.format(
-        tables=tables,
+        limits=limits,
         robot=comment(robot.name),
         p=names.prefix,
         package=package_name(names.prefix),

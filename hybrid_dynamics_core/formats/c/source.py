@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...ground.arrays import Array
 from ...kernels.trace import Trace
 from ...robot.robot import Robot
 from .calls import GUESS, JOINTS, PINS
@@ -112,13 +113,24 @@ def _constants(robot: Robot, names: Names) -> str:
     lines = []
     for name, array in values.items():
         lines.append(f"const double {name} = {{\n    {_numbers(array)}}};")
-    pairs = [f"{{{_numbers(pair)}}}" for pair in robot.limits]
-    lines.append(f"const double {p}_limits[{names.nu}][2] = {{\n    {rows(pairs, 2)}}};")
+    ranges = {"limits": robot.limits, "effort_ranges": _effort_ranges(robot)}
+    for kind, both in ranges.items():
+        pairs = [f"{{{_numbers(pair)}}}" for pair in both]
+        lines.append(f"const double {p}_{kind}[{names.nu}][2] = {{\n    {rows(pairs, 2)}}};")
     texts = [literal(name) for name in robot.coordinates]
     lines.append(
         f"const char *const {p}_coordinate_names[{names.ns}] = {{\n    {rows(texts, 3)}}};"
     )
     return "\n".join(lines) + "\n"
+
+
+def _effort_ranges(robot: Robot) -> Array:
+    """Least and largest efforts (n, 2) of the active coordinates [N m, N]."""
+    ranges = np.stack([-robot.effort_limits, robot.effort_limits], axis=1)
+    for k, name in enumerate(robot.active):
+        if name in robot.effort_ranges:
+            ranges[k] = robot.effort_ranges[name]
+    return ranges
 
 
 def _numbers(values: np.ndarray) -> str:

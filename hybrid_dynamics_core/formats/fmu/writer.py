@@ -14,6 +14,7 @@ from ...ground.suggestions import no_such_name
 from ...robot.robot import Robot
 from ...robot.taken import AnyRobot, robot_of
 from ..c.calls import lack_of_masses
+from ..c.limit_notes import limits_not_exported
 from ..c.names import identifier
 from ..c.writer import LoadsOf, source_of
 from .binary import Binary, compiled
@@ -84,6 +85,9 @@ def to_fmu(
     texts["unit_model.h"] = model_text(machine, program, variables, token)
     sources = [f"{model}.c", f"fmi{version[0]}.c"]
     title = f"{machine.name}: {TITLES[program]}"
+    note = limits_not_exported(machine.description)
+    if note:
+        title = f"{title}. {note}"
     described = Unit(name, title, token, version, variables, sources)
     binary = compiled(texts, sources, name, version)
     return FunctionalMockupUnit(name, _zipped(described, texts, binary), binary.reason)

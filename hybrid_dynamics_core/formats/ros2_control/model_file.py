@@ -66,7 +66,7 @@ constexpr std::array<std::size_t, NS> ORDER{{{{{order}}}}};
 // of the drives
 inline const auto & LIMITS = {drives}_limits;
 inline const auto & VELOCITY_LIMITS = {drives}_velocity_limits;
-inline const auto & EFFORT_LIMITS = {drives}_effort_limits;
+inline const auto & EFFORT_RANGES = {drives}_effort_ranges;
 
 inline std::array<double, 3> description_gravity()
 {{

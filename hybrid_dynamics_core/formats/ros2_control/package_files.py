@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..c.limit_notes import EFFORTS, RATES, limits_not_exported
 from ..c.names import comment
 from .sides import Sides
 
@@ -121,10 +122,10 @@ cmake -S . -B ../build && cmake --build ../build && ctest --test-dir ../build   
 {rows}
 
 * `{package}/Transmission` takes positions, velocities and efforts from one side to
-  the other. The power is the same on both sides. Commands of drives stay within their limits;
-  `<param name="limits">false</param>` lifts them. `mechanical_reduction` of an actuator is the
-  motor's motion per motion of the drive.
-{controller}* Where a loop cannot close, values stay as they were, and a message says why.
+  the other. The power is the same on both sides. Commands of drives stay within their limits of
+  position, rate, effort and pressure; `<param name="limits">false</param>` lifts them.
+  `mechanical_reduction` of an actuator is the motor's motion per motion of the drive.
+{limits}{controller}* Where a loop cannot close, values stay as they were, and a message says why.
 * `urdf/{model}.urdf` has a `<ros2_control>` block with mock hardware, `config/controllers.yaml`
   the controllers. Mock hardware commands the joints and applies no transmission. Your hardware
   loads it, and calls `actuator_to_joint()` in `read` and `joint_to_actuator()` in `write`.
@@ -209,7 +210,12 @@ def readme_text(package: Package, sides: Sides) -> str:
     if package.dynamics:
         controller = _CONTROLLER_TEXT.format(package=package.name)
         spawned = "feed_forward trajectory"
+    note = limits_not_exported(sides.drives.description, exported=(RATES, EFFORTS))
+    limits = ""
+    if note:
+        limits = f"* {note}\n"
     return _README.format(
+        limits=limits,
         robot=comment(sides.drives.name),
         package=package.name,
         model=package.model,

@@ -10,6 +10,7 @@ from ..xml.reader import XmlReader
 
 _BOUNDS = {
     "velocity": "velocity_limit",
+    "acceleration": "acceleration_limit",
     "effort": "effort_limit",
     "torque": "effort_limit",
     "force": "effort_limit",

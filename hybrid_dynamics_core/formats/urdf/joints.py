@@ -22,7 +22,11 @@ _ONE_FREEDOM = ("revolute", "prismatic")
 _X_AXIS = (1.0, 0.0, 0.0)
 UNLIMITED = 1e9  # [N m or N, rad/s or m/s] a common value for no limit
 _INFINITY = ("inf", "infinity")
-_BOUNDS = {"effort": "effort_limit", "velocity": "velocity_limit"}
+_BOUNDS = {
+    "effort": "effort_limit",
+    "velocity": "velocity_limit",
+    "acceleration": "acceleration_limit",
+}
 
 
 class JointReader:
@@ -167,7 +171,7 @@ class JointReader:
         return entries
 
     def _bound(self, limit: LocatedElement, attribute: str, path: KeyPath) -> float:
-        """A limit [N m, N, rad/s or m/s]; `UNLIMITED` if none is given."""
+        """A limit in SI units; `UNLIMITED` if none is given."""
         if limit.get(attribute).strip().lower().lstrip("+") in _INFINITY:
             return UNLIMITED
         return self.xml.number(limit, attribute, path, UNLIMITED)

@@ -36,7 +36,7 @@ URDF: dict[str, Vocabulary] = {
     "parent": _LINK,
     "child": _LINK,
     "axis": _DIRECTION,
-    "limit": vocabulary("lower upper effort velocity"),
+    "limit": vocabulary("lower upper effort velocity acceleration"),
     "dynamics": vocabulary("damping friction"),
     "mimic": vocabulary("joint multiplier offset"),
     "loop": vocabulary("name type", "predecessor successor axis"),
@@ -58,7 +58,7 @@ OMITTED: dict[str, Vocabulary] = {
     "inertia": vocabulary("iyx izx izy"),  # redundant by symmetry
     "joint": vocabulary("", "calibration safety_controller"),
     _FIXED_JOINT: vocabulary("", "axis limit dynamics mimic calibration safety_controller"),
-    "limit": vocabulary("acceleration deceleration jerk"),
+    "limit": vocabulary("deceleration jerk"),
 }
 # Words that change the mechanics, and are not read:
 REFUSED = {

@@ -168,6 +168,8 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
         "effort": number_text(min(joint.effort_limit, UNLIMITED)),
         "velocity": number_text(min(joint.velocity_limit, UNLIMITED)),
     }
+    if math.isfinite(joint.acceleration_limit):
+        limit["acceleration"] = number_text(joint.acceleration_limit)
     if not is_continuous:
         lower, upper = _written_limits(joint)
         limit["lower"] = number_text(lower)

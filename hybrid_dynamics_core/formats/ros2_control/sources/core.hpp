@@ -208,9 +208,9 @@ private:
   {
     double share = 1.0;
     for (std::size_t k = 0; k < N; ++k) {
-      const double fastest = VELOCITY_LIMITS[k], strongest = EFFORT_LIMITS[k];
+      const double fastest = VELOCITY_LIMITS[k];
       drives.position[k] = std::clamp(drives.position[k], LIMITS[k][0], LIMITS[k][1]);
-      drives.effort[k] = std::clamp(drives.effort[k], -strongest, strongest);
+      drives.effort[k] = std::clamp(drives.effort[k], EFFORT_RANGES[k][0], EFFORT_RANGES[k][1]);
       if (std::abs(drives.velocity[k]) > fastest) {
         share = std::min(share, fastest / std::abs(drives.velocity[k]));
       }
@@ -256,7 +256,7 @@ public:
       return status;
     }
     for (std::size_t k = 0; k < N && limits_; ++k) {
-      result[k] = std::clamp(result[k], -EFFORT_LIMITS[k], EFFORT_LIMITS[k]);
+      result[k] = std::clamp(result[k], EFFORT_RANGES[k][0], EFFORT_RANGES[k][1]);
     }
     guess_ = s;
     efforts = result;
