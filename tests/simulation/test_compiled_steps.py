@@ -12,6 +12,7 @@ from hypothesis import assume, given
 from hybrid_dynamics_core import ClosedState, InputError, MassSingularityError, Robot, load
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.kernels.run import is_native
+from hybrid_dynamics_core.robot.motion import motions
 from hybrid_dynamics_core.robot.motion.steps import StepControl, Steps
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 from tests.generated.case import Case
@@ -171,3 +172,11 @@ def test_rates_beside_a_closed_state_are_refused() -> None:
     machine = robot("rssr")
     with pytest.raises(InputError, match="du: the closed state has rates"):
         simulate(machine, machine.close(machine.reference), [0.1])
+
+
+def test_large_robots_are_integrated_step_by_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """R of a tree of a thousand joints would not fit on the stack of a step."""
+    machine = robot("rssr")
+    monkeypatch.setattr(motions, "LARGEST_MAP", 3)
+    assert machine.motion_steps() is None
+    assert simulate(machine, machine.reference, [0.1], None, (0.0, 0.1)).completed

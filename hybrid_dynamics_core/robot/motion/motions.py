@@ -18,6 +18,8 @@ from ..loaded_programs import LoadedProgram
 from .near import MotionNear
 from .steps import MotionSteps
 
+LARGEST_MAP = 10_000  # entries of R: a step keeps it on the stack, and each row of a batch has it
+
 
 class Motions:
     """Motions of a robot in its active coordinates.
@@ -59,13 +61,16 @@ class Motions:
             loads: loads besides the actuators; `robot.loads` if None.
 
         Returns:
-            The integrator; None where there is no compiled code.
+            The integrator; None where there is no compiled code, or the robot is too large for it.
         """
+        model = self._closure.model
+        if len(model.coordinates) * len(model.active) > LARGEST_MAP:
+            return None
         program = programs.motion_and_configuration
         _, kernel, names, constants = self._program("motion_steps", program, loads)
         if not kernel.can_step:
             return None
-        types = self._closure.model.joint_types.values()
+        types = model.joint_types.values()
         angles = np.array([float(kind == "revolute") for kind in types])
         return MotionSteps(kernel, names, constants, angles)
 
