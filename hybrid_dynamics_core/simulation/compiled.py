@@ -97,8 +97,12 @@ class CompiledIntegrator:
         if not steps.number:
             return None
         batch = self._with_states(steps, start)
-        self._most = min(2 * self._most, MOST) if batch.clear == steps.number else FEWEST
-        self._step = steps.following
+        if batch.clear == steps.number:
+            self._most = min(2 * self._most, MOST)
+            self._step = steps.following
+        else:  # steps after the doubtful one may have shrunk at a place that is not reached
+            self._most = FEWEST
+            self._step = float(np.diff(steps.times)[batch.clear])
         return batch
 
     def _with_states(self, steps: Steps, start: ClosedState) -> Batch:
