@@ -32,4 +32,4 @@ def make_code(connection: Connection, robot: Robot) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]), make_code)
+    main([int(word) for word in sys.argv[1:]], make_code)

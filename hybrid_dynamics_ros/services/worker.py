@@ -1,6 +1,13 @@
-"""The program of the process that answers service calls, started by `worker_pool` only.
+"""The program of the processes that answer service calls, started by `worker_pool` only.
 
-It is connected with the node by a pipe. Both ends send pickled objects:
+Its arguments are file descriptors:
+
+* the end of a pipe that closes when the node ends;
+* the end of a pipe to the node;
+* for each fork of this process, the end of a pipe to the node, and of one into which it writes its
+  process id. It forks when all is imported.
+
+Both ends of a pipe send pickled objects:
 
 1. The node sends a RobotDescription. The process makes the robot, and sends None when it is ready.
 2. For each call, the node sends (name of the service, request, Situation). The process sends
@@ -16,11 +23,9 @@ import os
 import signal
 import sys
 import threading
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from typing import Final
 
 from hybrid_dynamics_core import Robot
 
@@ -30,20 +35,20 @@ from .context import ServiceContext
 from .table import BY_NAME
 
 Serve = Callable[[Connection, Robot], None]
-_CHECK_PERIOD: Final = 0.2  # [s] between checks whether the node is running
 
 
-def main(descriptor: int, parent: int, serve: Serve) -> None:
+def main(descriptors: Sequence[int], serve: Serve) -> None:
     """Make a robot from the node's description, then serve the node until it ends.
 
     Args:
-        descriptor: file descriptor of this end of the pipe.
-        parent: process id of the node.
+        descriptors: the arguments of this program.
         serve: function of the pipe and the robot.
     """
     # Ctrl-C reaches all processes of a terminal, but the node ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_exit_with_node, args=(parent,), daemon=True).start()
+    lifeline, first, *others = descriptors
+    descriptor = _forked(first, others)
+    threading.Thread(target=_exit_with_node, args=(lifeline,), daemon=True).start()
     send_as_columns()
     connection = Connection(descriptor)
     try:
@@ -72,16 +77,37 @@ def answer_calls(connection: Connection, robot: Robot) -> None:
         connection.send(guarded(service.answer, context, request, response))
 
 
-def _exit_with_node(parent: int) -> None:
+def _forked(first: int, others: Sequence[int]) -> int:
+    """Fork this process, which has no threads yet; the pipe to the node that each process has.
+
+    Args:
+        first: pipe of this process.
+        others: pipes of each fork: to the node, and for its process id.
+    """
+    gc.freeze()  # what forks share stays shared
+    open_ends = [first, *others]
+    for pipe, sign in zip(others[::2], others[1::2], strict=True):
+        if os.fork() == 0:
+            for end in set(open_ends) - {pipe, sign}:
+                os.close(end)
+            os.write(sign, str(os.getpid()).encode())
+            return pipe
+        # Only the fork has them now, so the node sees its end.
+        for end in (pipe, sign):
+            os.close(end)
+            open_ends.remove(end)
+    return first
+
+
+def _exit_with_node(lifeline: int) -> None:
     """Exit when the node has ended, even during a call.
 
     Args:
-        parent: process id of the node.
+        lifeline: a pipe that closes then.
     """
-    while os.getppid() == parent:
-        time.sleep(_CHECK_PERIOD)
+    os.read(lifeline, 1)
     os._exit(0)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]), answer_calls)
+    main([int(word) for word in sys.argv[1:]], answer_calls)

@@ -12,6 +12,7 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -22,10 +23,11 @@ from ..stream.conditions import ConditionChange
 from ..stream.monitor import Level, StatusEntry
 from ..stream.situation import Situation
 from .answers import refused
-from .processes import start
+from .processes import Child, Process, start, start_alike
 from .table import BY_NAME, Lane
 
 Done = Callable[[Any, ConditionChange | None], None]
+_PROGRAM: Final = f"{__package__}.worker"
 _START_TIMEOUT: Final = 60.0  # [s] for a process to start
 _ATTEMPTS: Final = 2  # for a call whose process ends
 _EARLY: Final = 5.0  # [s] a process that ends earlier failed at its start
@@ -61,10 +63,12 @@ class WorkerPool:
 
     def __init__(self, description: RobotDescription) -> None:
         """Start the processes; the first calls wait until they are ready."""
-        self._lanes = {
-            lane: _Worker(lane.name.lower(), description, gives_way=lane is Lane.LONG)
-            for lane in (Lane.SHORT, Lane.SEARCH, Lane.LONG)
-        }
+        lanes = (Lane.SHORT, Lane.SEARCH, Lane.LONG)
+        gives_way = [lane is Lane.LONG for lane in lanes]
+        children = start_alike(_PROGRAM, gives_way)
+        self._lanes = {}
+        for lane, child, gives in zip(lanes, children, gives_way, strict=True):
+            self._lanes[lane] = _Worker(lane.name.lower(), description, child, gives_way=gives)
 
     def submit(self, lane: Lane, job: ServiceCall, most: int) -> None:
         """Submit a job; it is refused at once if `most` jobs are pending."""
@@ -85,16 +89,18 @@ class WorkerPool:
 class _Worker:
     """One process and its thread."""
 
-    def __init__(self, name: str, description: RobotDescription, *, gives_way: bool) -> None:
+    def __init__(
+        self, name: str, description: RobotDescription, child: Child, *, gives_way: bool
+    ) -> None:
         self._name, self._description, self._gives_way = name, description, gives_way
         # Jobs and ended processes; None: end of the queue.
-        self._jobs: queue.SimpleQueue[ServiceCall | subprocess.Popen[bytes] | None]
+        self._jobs: queue.SimpleQueue[ServiceCall | Process | None]
         self._jobs = queue.SimpleQueue()
         self._ends = 0  # number of ended processes, by death or timeout
         self._reported_ends = 0
         self._early_ends = 0  # consecutive early failures
         self._stopping = False
-        self._start()
+        self._begin(child)
         self._thread = threading.Thread(target=self._run, name=f"{name} services", daemon=True)
         self._thread.start()
 
@@ -109,7 +115,7 @@ class _Worker:
     def report(self) -> StatusEntry:
         replaced, self._reported_ends = self._ends - self._reported_ends, self._ends
         level = Level.WARN if replaced else Level.OK
-        words = f"process {self._process.pid}, {self._jobs.qsize()} calls wait"
+        words = f"process {self._process.pid or 'not there yet'}, {self._jobs.qsize()} calls wait"
         if self._ends:
             words = f"{words}, ended {self._ends} times and was replaced"
         return StatusEntry(self._name, words, level)
@@ -124,18 +130,18 @@ class _Worker:
         self._process.wait(_END_TIMEOUT)
         self._connection.close()
 
-    def _start(self) -> None:
-        self._process, self._connection = start(f"{__package__}.worker", gives_way=self._gives_way)
+    def _begin(self, child: Child) -> None:
+        self._process, self._connection = child
         self._fresh = True
         self._started = time.monotonic()
         watch = threading.Thread(target=self._await_end, args=(self._process,), daemon=True)
         watch.start()
 
-    def _await_end(self, process: subprocess.Popen[bytes]) -> None:
+    def _await_end(self, process: Process) -> None:
         process.wait()
         self._jobs.put(process)
 
-    def _replace(self, ended: subprocess.Popen[bytes]) -> None:
+    def _replace(self, ended: Process) -> None:
         """Replace an ended process, unless it was replaced already.
 
         After too many early failures it is replaced only at the next call.
@@ -150,10 +156,11 @@ class _Worker:
     def _restart(self) -> None:
         self._ends += 1
         self._process.kill()
-        self._process.wait()
+        with suppress(subprocess.TimeoutExpired):  # a fork that is not there yet is killed later
+            self._process.wait(_END_TIMEOUT)
         self._connection.close()
         if not self._stopping:
-            self._start()
+            self._begin(start(_PROGRAM, gives_way=self._gives_way))
 
     def _run(self) -> None:
         while (job := self._jobs.get()) is not None:

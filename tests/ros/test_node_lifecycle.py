@@ -73,7 +73,7 @@ def late_listener():
         late.create_subscription(InertiaStamped, "/hybrid_dynamics/payloads", collect, profile)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(late)
-        end = time.monotonic() + 30.0
+        end = time.monotonic() + 60.0
         while any(name not in told or told[name].m != mass for name, mass in wanted.items()):
             assert time.monotonic() < end, told
             executor.spin_once(timeout_sec=0.1)

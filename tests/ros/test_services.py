@@ -304,11 +304,11 @@ def test_a_worker_that_cannot_make_its_robot_says_why(monkeypatch):
         raise PermissionError("the folder of the kernels")
 
     monkeypatch.setattr(worker, "Robot", fail)
-    monkeypatch.setattr(worker, "_exit_with_node", lambda _parent: None)
+    monkeypatch.setattr(worker, "_exit_with_node", lambda _lifeline: None)
     monkeypatch.setattr(worker.signal, "signal", lambda *_: None)
     ours, theirs = Pipe()
     ours.send("a description")
     descriptor = os.dup(theirs.fileno())  # `main` closes its own
     with pytest.raises(PermissionError, match="the folder of the kernels"):
-        worker.main(descriptor, os.getppid(), worker.answer_calls)
+        worker.main([0, descriptor], worker.answer_calls)
     assert not ours.poll()

@@ -196,7 +196,7 @@ def test_a_lossy_recording_is_played_and_the_loss_reported(
     assert process.stdout is not None
     assert "http://localhost:" in process.stdout.readline()
     process.send_signal(number)
-    out, problems = process.communicate(timeout=30.0)
+    out, problems = process.communicate(timeout=120.0)
     assert process.returncode == LOST
     assert out.split() == ["ended"]
     assert "200 messages could be read of 300" in problems
