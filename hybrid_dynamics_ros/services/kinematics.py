@@ -131,6 +131,10 @@ def close_loops(
     if unknown:
         text = f"there is no joint '{unknown[0]}'; known: {', '.join(robot.coordinates)}"
         raise RejectedError(RejectionCode.BAD_REQUEST, text)
+    if not given.name:
+        count = len(robot.active)
+        text = f"no joint is named, expected {count} independent of {', '.join(robot.coordinates)}"
+        raise RejectedError(RejectionCode.EMPTY, text)
     sample = conversions.sample_of_motion(given, complete=False)
     resting = resting_besides(robot, given.name)
     names = (*given.name, *resting)

@@ -310,7 +310,9 @@ class MotionEvaluator:
         s, ds, _, _, residuals, distances = closed
         for array in (u, du, ddu, efforts, s, ds):
             array.flags.writeable = False
-        position, velocity = turned_to_first(robot, self._charts, s, ds)
+        position, velocity = s, ds
+        if self._is_in_second_charts:
+            position, velocity = turned_to_first(robot, self._charts, s, ds)
         return MotionResult(  # plain floats; the state is made on demand
             robot,
             self._loads,

@@ -89,3 +89,13 @@ def test_accelerations_of_services_are_the_differences_of_their_rates(seed: int)
         # differences of second order
         expected = np.array(here.acceleration)[places]
         assert rises == pytest.approx(expected, rel=1e-5, abs=1e3 * STEP**2 * far**5)
+
+
+def test_a_call_that_names_no_joint_says_which_there_are() -> None:
+    robot = rod_on_a_ball(0)
+    service = BY_NAME["close_loops"]
+    request, empty = CloseLoops.Request(), CloseLoops.Response()
+    response, _ = guarded(service.answer, ServiceContext(robot), request, empty)
+    assert response.error_code == ErrorCode.BAD_INPUT
+    words = f"no joint is named, expected 1 independent of {', '.join(robot.coordinates)}"
+    assert response.error_text == words
