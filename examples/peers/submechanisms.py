@@ -27,6 +27,7 @@ HYRODYN = {
     "spu2_u1": "2-SPU+1U",
     "sprr2_u1": "2-SPRR+1U",
     "ups6": "6-UPS",
+    "r3_ss2": "3-R[2-SS]",
     "transmission": "transmission",
 }
 GENERALIZED_RBDA = {
