@@ -15,7 +15,7 @@ import numpy as np
 from ..closure.constraints.from_description import loop_equations
 from ..closure.constraints.parallelogram import PARALLELOGRAM
 from ..closure.constraints.plane import ROUNDED
-from ..closure.printed_numbers import snapped
+from ..closure.printed.planar import snapped
 from ..description.model import RobotDescription
 from ..errors import DescriptionError
 from ..mechanism.tree import build_tree

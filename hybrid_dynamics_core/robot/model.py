@@ -15,7 +15,8 @@ from ..closure.limit_range import limited_range
 from ..closure.loop_length import measured_at_reference
 from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
 from ..closure.plan import ClosurePlan, build_plan
-from ..closure.printed_numbers import DRAWN_EQUAL, snapped
+from ..closure.printed.planar import DRAWN_EQUAL, snapped
+from ..closure.printed.spherical import with_common_centres
 from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
 from ..description.parameters.written import carry
@@ -320,11 +321,11 @@ def _movable_model(description: RobotDescription) -> RobotModel:
 
     A second rod beside a parallelogram holds it fast, unless opposite bars are equal.
     """
-    exact = snapped(description)
+    exact = with_common_centres(snapped(description))
     try:
         return _model(exact)
     except DescriptionError:
-        fitted = snapped(description, equal_bars=DRAWN_EQUAL)
+        fitted = with_common_centres(snapped(description, equal_bars=DRAWN_EQUAL))
         if fitted.closures == exact.closures:
             raise
         try:

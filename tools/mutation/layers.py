@@ -19,7 +19,10 @@ TESTS = {
     f"{CORE}/certified": ("tests/certified",),
     f"{CORE}/closed_state": LOOPS,
     f"{CORE}/closure": LOOPS,
-    f"{CORE}/closure/printed_numbers": ("tests/description/test_printed_numbers.py",),
+    f"{CORE}/closure/printed": (
+        "tests/description/test_printed_numbers.py",
+        "tests/description/test_printed_spherical.py",
+    ),
     f"{CORE}/control": ("tests/control",),
     f"{CORE}/description": ("tests/description", "tests/core"),
     f"{CORE}/description/parameters": VALUES,

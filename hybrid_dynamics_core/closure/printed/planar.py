@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ..algebra.independence import norm
-from ..description.model import Closure, Joint, RobotDescription
-from ..ground.arrays import Array, frozen
-from ..mechanism.tree import Tree, build_tree
-from .constraints.parallelogram import EQUAL, PARALLELOGRAM
-from .constraints.planar_loops import APART
-from .constraints.plane import PARALLEL, ROUNDED
+from ...algebra.independence import norm
+from ...description.model import Closure, Joint, RobotDescription
+from ...ground.arrays import Array, frozen
+from ...mechanism.tree import build_tree
+from ..constraints.parallelogram import EQUAL, PARALLELOGRAM
+from ..constraints.planar_loops import APART
+from ..constraints.plane import PARALLEL, ROUNDED
+from .loop import DrawnLoop, loops_by_hinge, notes_on, with_changed
 
 EXACT = 1e-14  # [rad] a smaller turn is the rounding of numbers
-SHOWN = 1e-8  # [rad] a smaller turn is not noted, since it is rounding
 DRAWN_EQUAL = 1e-3  # difference of opposite bars, over the longest, in drawings that cannot move
 
 
@@ -40,7 +40,7 @@ def snapped(robot: RobotDescription, equal_bars: float = ROUNDED) -> RobotDescri
     loops = [loop for loop in every if loop.is_near_plane]
     turned: dict[str, str] = {}  # the loop of each joint that was turned
     settled = robot
-    for group in _groups(loops):
+    for group in loops_by_hinge(loops):
         if any(loop.tilt(loop.normal) > PARALLEL for loop in group):
             settled = _with_joints_in_plane(settled, group, turned)
     notes = _notes_of_turns(robot, settled, turned)
@@ -59,22 +59,6 @@ def snapped(robot: RobotDescription, equal_bars: float = ROUNDED) -> RobotDescri
     return robot
 
 
-def _groups(loops: Sequence[_Loop]) -> list[list[_Loop]]:
-    """Groups of loops that share hinges, and hence a plane."""
-    groups: list[list[_Loop]] = []
-    for loop in loops:
-        sharing = [group for group in groups if _shares_hinge(loop, group)]
-        merged = [one for group in sharing for one in group]
-        groups = [group for group in groups if group not in sharing]
-        groups.append([*merged, loop])
-    return groups
-
-
-def _shares_hinge(loop: _Loop, group: Sequence[_Loop]) -> bool:
-    hinges = set(loop.hinges)
-    return any(hinges.intersection(one.hinges) for one in group)
-
-
 def _notes_of_turns(
     drawn: RobotDescription, robot: RobotDescription, turned: Mapping[str, str]
 ) -> Iterator[str]:
@@ -83,42 +67,11 @@ def _notes_of_turns(
         change = robot.joints[name].rotation - drawn.joints[name].rotation
         tilt = norm(change) / np.sqrt(2.0)  # [rad] for small angles
         text = f"turned by {tilt:.2g} rad, into the plane of loop '{loop}'"
-        yield from _notes(drawn, f"joints.{name}.origin", text, tilt)
+        yield from notes_on(drawn, f"joints.{name}.origin", text, tilt)
 
 
-class _Loop:
-    """The loop of a closure at zero, in the frame of the link where its chains start.
-
-    Attributes:
-        closure: its closure.
-        paths: names of the joints from that link to either end.
-        rotations: rotations of the joints' frames (3, 3), by name.
-        origins: origins of the joints' frames (3,) [m], by name.
-        ends: rotation (3, 3) and origin (3,) of the links at the ends.
-    """
-
-    def __init__(self, robot: RobotDescription, tree: Tree, name: str) -> None:
-        self.closure = next(closure for closure in robot.closures if closure.name == name)
-        self.robot = robot
-        a = tree.body_index(self.closure.link_a)
-        b = tree.body_index(self.closure.link_b)
-        path_a, path_b, ancestor = tree.branches(a, b)
-        self.paths = []
-        self.rotations: dict[str, Array] = {}
-        self.origins: dict[str, Array] = {}
-        for path in (path_a, path_b):
-            names = [tree.bodies[body].joint for body in path]
-            self.paths.append(names)
-            for body, joint in zip(path, names, strict=True):
-                rotation, origin = tree.zero_pose(body, ancestor)
-                self.rotations[joint] = rotation
-                self.origins[joint] = origin
-        self.ends = (tree.zero_pose(a, ancestor), tree.zero_pose(b, ancestor))
-
-    @property
-    def joints(self) -> list[str]:
-        """Names of all its joints, chain a first."""
-        return [*self.paths[0], *self.paths[1]]
+class _Loop(DrawnLoop):
+    """A loop that may be planar."""
 
     def bars(self, normal: Array) -> list[Array]:
         """Sides of the polygon of pivots: along chain a to the pin, back along chain b, and across.
@@ -139,16 +92,6 @@ class _Loop:
         first = [end - start for start, end in pairwise(out)]
         second = [start - end for start, end in pairwise(back)]
         return [*first, *reversed(second), out[0] - back[0]]
-
-    def axis(self, joint: str) -> Array:
-        """Axis (3,) of a joint."""
-        axis: Array = self.rotations[joint] @ self.robot.joints[joint].axis
-        return axis
-
-    @property
-    def hinges(self) -> list[str]:
-        """Names of its revolute joints."""
-        return [name for name in self.joints if self.robot.joints[name].type == "revolute"]
 
     @property
     def normal(self) -> Array:
@@ -230,14 +173,14 @@ def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> 
     if APART < abs(gap) <= ROUNDED * size:
         move = rotation_b.T @ (gap * normal)
         changes["point_b"] = frozen(closure.point_b + move)
-        notes += _notes(robot, key, f"moved by {abs(gap):.2g} m along its axis", abs(gap))
+        notes += notes_on(robot, key, f"moved by {abs(gap):.2g} m along its axis", abs(gap))
     tilt, frames = _frames_turned_alike(closure, rotation_a, rotation_b, normal)
     if PARALLEL < tilt <= ROUNDED:
         changes |= frames
-        notes += _notes(robot, key, f"its frames were turned by {tilt:.2g} rad to fit", tilt)
+        notes += notes_on(robot, key, f"its frames were turned by {tilt:.2g} rad to fit", tilt)
     if not changes:
         return robot
-    return _with_changed(robot, closure, changes, notes)
+    return with_changed(robot, closure, changes, notes)
 
 
 def _with_equal_bars(
@@ -272,24 +215,8 @@ def _with_equal_bars(
         point = getattr(closure, name)
         changes[name] = frozen(point + rotation.T @ (sense * longer))
     text = f"its opposite bars differ by {off:.2g} m; the pin was moved so that they are equal"
-    notes = _notes(robot, robot.closure_key(closure.name), text, off)
-    return _with_changed(robot, closure, changes, notes)
-
-
-def _with_changed(
-    robot: RobotDescription,
-    closure: Closure,
-    changes: Mapping[str, Any],
-    notes: Iterable[str],
-) -> RobotDescription:
-    """The description with fields of a closure changed, and notes on it added."""
-    changed = replace(closure, **changes)
-    closures = [changed if one is closure else one for one in robot.closures]
-    return replace(
-        robot,
-        closures=tuple(closures),
-        notes=(*robot.notes, *notes),
-    )
+    notes = notes_on(robot, robot.closure_key(closure.name), text, off)
+    return with_changed(robot, closure, changes, notes)
 
 
 def _frames_turned_alike(
@@ -318,12 +245,6 @@ def _frames_turned_alike(
         tilts.append(norm(inside - axis))
         frames[name] = frozen(rotation @ _turn(inside, axis).T)
     return max(tilts), frames
-
-
-def _notes(robot: RobotDescription, key: str, text: str, size: float) -> Iterator[str]:
-    if size > SHOWN:
-        located = replace(robot, warnings=()).error(key, text)
-        yield str(located)
 
 
 def _turn(start: Array, end: Array) -> Array:
