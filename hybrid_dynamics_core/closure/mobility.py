@@ -22,7 +22,14 @@ from .constraints.from_description import loop_equations
 from .drawn_flat import with_parallelograms
 from .loop_gap import describe_gap
 from .numeric_closure import CLOSED, gaps_and_jacobian
-from .reference_search import Closed, closed_near, generic_near, is_closed_at, is_singular_for
+from .reference_search import (
+    Closed,
+    closed_near,
+    generic_near,
+    is_closed_at,
+    is_singular_for,
+    may_be_singular,
+)
 
 # share of a coordinate's motion that must be independent of the coordinates chosen before
 INDEPENDENT = 1e-6
@@ -138,12 +145,15 @@ def _regular(
     if flat.closures != robot.closures:
         candidates.append(flat)
     generic = s
+    everything = frozenset(range(len(names)))
     for candidate in candidates:
         robot = candidate
-        loops = loop_equations(tree, robot, frozenset(range(len(names))))
+        loops = loop_equations(tree, robot, everything)
         generic = generic_near(tree, loops, s)
         if not is_singular_for(tree, loops, s, generic, passive):
             return robot, s
+    if may_be_singular(tree, loop_equations(tree, robot, everything), generic, passive):
+        return candidates[0], s  # singular all around, as a pose in which nothing moves
     places: list[str] = []
     for name, old, new in zip(names, s.tolist(), generic.tolist(), strict=True):
         if name in active and abs(new - old) > CLOSED:
@@ -155,12 +165,16 @@ def _regular(
     return replace(robot, notes=(*robot.notes, note)), generic
 
 
-def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescription | None:
+def with_regular_reference(
+    tree: Tree, robot: RobotDescription, closed_at: Array | None = None
+) -> RobotDescription | None:
     """The description with a closed regular reference, if the file has none.
 
     Args:
         tree: the spanning tree.
         robot: its description, whose active joints are the independent ones.
+        closed_at: where the loops close with the active joints at zero (n_s,) [rad or m]; None if
+            that is not known.
 
     Returns:
         The description with a note, None where the pose of the file closes and is regular, or
@@ -172,6 +186,8 @@ def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescript
     start = [robot.reference.get(name, 0.0) for name in names]
     loops = loop_equations(tree, robot, frozenset(range(len(names))))
     passive = [k for k, name in enumerate(names) if name not in robot.active]
+    if closed_at is not None and not may_be_singular(tree, loops, closed_at, passive):
+        return None
     closed = closed_near(tree, loops, start, passive)
     if not closed.is_closed:
         return None

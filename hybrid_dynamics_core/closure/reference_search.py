@@ -16,6 +16,7 @@ from .start_search import StartSearch, limits_of
 MOVES = (0.03, -0.03, 0.1, -0.1, 0.3)  # [rad or m] off a singular place
 REGULAR = 1e-3  # share of a singular value nearby below which a place counts as singular
 RANK_TOLERANCE = 1e-8  # singular values below this share of the largest count as zero
+SUSPECT = 1e-6  # smallest singular value of J_z over the largest that calls for a search
 TINY = 1e-300
 
 
@@ -136,6 +137,13 @@ def is_singular_for(
     """
     here = _smallest(tree, loops, s, passive)
     return here < REGULAR * _smallest(tree, loops, generic, passive)
+
+
+def may_be_singular(
+    tree: Tree, loops: Sequence[LoopEquations], s: Array, passive: Sequence[int]
+) -> bool:
+    """Whether J_z is singular at s up to rounding, by one decomposition."""
+    return bool(loops) and _smallest(tree, loops, s, passive) < SUSPECT
 
 
 def _smallest(

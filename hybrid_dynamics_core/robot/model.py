@@ -369,7 +369,7 @@ def _in_better_charts(model: RobotModel) -> RobotDescription | None:
 def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:
     """The model of a description whose active joints are the independent ones."""
     try:
-        return RobotModel(description, tree, build_plan(tree, description))
+        return _off_singular_places(RobotModel(description, tree, build_plan(tree, description)))
     except UndecidedModeError:
         drawn = [description.reference.get(name, 0.0) for name in tree.coordinates]
         flat = with_parallelograms(tree, description, np.array(drawn))
@@ -383,3 +383,15 @@ def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:
             raise
     tree = build_tree(regular)
     return RobotModel(regular, tree, build_plan(tree, regular))
+
+
+def _off_singular_places(model: RobotModel) -> RobotModel:
+    """The model with a regular reference, if the file has none and zero is a singular place."""
+    regular = with_regular_reference(model.tree, model.description, model.reference_s)
+    if regular is None:
+        return model
+    try:
+        tree = build_tree(regular)
+        return RobotModel(regular, tree, build_plan(tree, regular))
+    except DescriptionError:
+        return model  # what was found is on no mode that the file names

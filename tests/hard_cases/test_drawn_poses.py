@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core import Robot, SingularityError, load
 from hybrid_dynamics_core.closure.constraints.from_description import loop_equations
 from hybrid_dynamics_core.closure.numeric_closure import gaps_and_jacobian
 from hybrid_dynamics_core.closure.reference_search import _singular_values, closed_near
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.generated.reframed import reframed
+from tests.hard_cases.linkages import four_bar, robot
 from tests.sampling import examples
 
 GRAVITY = 9.81
@@ -39,6 +41,35 @@ active: [jp]
 end_effector: {{link: q}}
 """
 SIZE = st.floats(0.1, 2.0)
+
+STRETCHED = """\
+format: 1
+name: stretched
+links: {base: {}, sledge: {}, table: {}, plate: {mass: 1},
+  u0: {}, l0: {}, u1: {}, l1: {}, u2: {}, l2: {}}
+joints:
+  x: {type: prismatic, parent: base, child: sledge, axis: x}
+  y: {type: prismatic, parent: sledge, child: table, axis: y}
+  turn: {type: revolute, parent: table, child: plate, axis: z}
+  a0: {type: revolute, parent: base, child: u0, axis: z,
+    origin: {xyz: [cos(0*2*pi/3), sin(0*2*pi/3), 0], rpy: [0, 0, 0*2*pi/3 + pi]}}
+  b0: {type: revolute, parent: u0, child: l0, axis: z, origin: {xyz: [0.45, 0, 0]}}
+  a1: {type: revolute, parent: base, child: u1, axis: z,
+    origin: {xyz: [cos(1*2*pi/3), sin(1*2*pi/3), 0], rpy: [0, 0, 1*2*pi/3 + pi]}}
+  b1: {type: revolute, parent: u1, child: l1, axis: z, origin: {xyz: [0.45, 0, 0]}}
+  a2: {type: revolute, parent: base, child: u2, axis: z,
+    origin: {xyz: [cos(2*2*pi/3), sin(2*2*pi/3), 0], rpy: [0, 0, 2*2*pi/3 + pi]}}
+  b2: {type: revolute, parent: u2, child: l2, axis: z, origin: {xyz: [0.45, 0, 0]}}
+closures:
+  k0: {kind: planar, between: {l0: [0.45, 0, 0],
+    plate: [0.1*cos(0*2*pi/3), 0.1*sin(0*2*pi/3), 0]}}
+  k1: {kind: planar, between: {l1: [0.45, 0, 0],
+    plate: [0.1*cos(1*2*pi/3), 0.1*sin(1*2*pi/3), 0]}}
+  k2: {kind: planar, between: {l2: [0.45, 0, 0],
+    plate: [0.1*cos(2*2*pi/3), 0.1*sin(2*2*pi/3), 0]}}
+active: [a0, a1, a2]
+end_effector: {link: plate}
+"""
 
 
 @examples(60)
@@ -236,3 +267,43 @@ def test_a_move_off_a_singular_place_is_as_large_as_it_says(name: str) -> None:
     assert sizes[0] == pytest.approx(1.0, rel=1e-12)
     assert np.abs(motion).max() == pytest.approx(1.0, rel=1e-12)
     assert jacobian @ motion == pytest.approx(0.0, abs=1e-9)
+
+
+@examples(40)
+@given(
+    lengths=st.tuples(SIZE, SIZE, st.floats(0.1, 0.9)),
+    mode=st.sampled_from(["counterclockwise", "clockwise"]),
+    frames=st.integers(0, 10**6),
+)
+def test_a_named_mode_drawn_at_its_change_point_begins_beside_it(
+    lengths: tuple[float, float, float], mode: str, frames: int
+) -> None:
+    """Crank and coupler are as long as ground and rocker, all drawn in a line."""
+    crank, coupler, share = lengths
+    rocker = share * (crank + coupler)
+    ground = crank + coupler - rocker
+    assume(min(abs(crank - ground), abs(crank - rocker)) > 0.05)
+    drawn = parse_description(four_bar(ground, crank, coupler, rocker, mode))
+    machine = Robot(replace(drawn, reference={}))
+    assert any("at a change point" in note for note in machine.description.notes)
+    state = machine.close(machine.reference)
+    assert state.singularity > 1e-4  # some 0.01 rad beside it
+    assert state.branch["bar"] == mode
+    q1, _, q3 = (state.s[machine.coordinates.index(name)] for name in ("q1", "q2", "q3"))
+    elbow = crank * np.exp(1j * q1)
+    pin = ground + rocker * np.exp(1j * q3)
+    assert abs(pin - elbow) == pytest.approx(coupler, abs=1e-9)
+    sense = np.imag(np.conj(ground - elbow) * (pin - elbow))
+    assert (sense > 0.0) == (mode == "counterclockwise")
+    other = Robot(reframed(replace(drawn, reference={}), frames, farthest=0.0)[0])
+    assert other.close(other.reference).singularity > 1e-4
+    again = other.close(machine.reference)
+    np.testing.assert_allclose(again.s, state.s, atol=1e-9 / state.singularity)
+
+
+def test_a_pose_in_which_nothing_moves_has_no_reference_beside_it() -> None:
+    """Three stretched legs pull a plate three ways."""
+    machine = robot(STRETCHED)
+    assert not any("change point" in note for note in machine.description.notes)
+    with pytest.raises(SingularityError):
+        machine.close(machine.reference)
