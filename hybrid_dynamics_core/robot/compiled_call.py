@@ -112,7 +112,8 @@ class CompiledCall:
             raise InputError(f"threads is {threads!r}; expected 1 or more")
         inputs = self._checked_inputs(values)
         outs = self._checked_outs(out, _rows(inputs["u"]))
-        inputs = _apart(inputs, outs)
+        if out is not None:
+            inputs = _apart(inputs, outs)
         # the very object of the constants: the caller gave no guess
         is_reference = values["guess"] is self._constants["guess"]
         if start is not None:
