@@ -117,6 +117,8 @@ QUICKLY_COMPILED = (
     "published",
     "simulation",
 )
+# likewise with all robots; those of the sample are compiled as for users
+QUICKLY_COMPILED_WHOLE = ("frameworks",)
 # folders and files that take long: they begin first, so that no core waits for the last of them
 LONG = (
     "bags/test_tool_force.py",
@@ -223,7 +225,10 @@ def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
     is_rare = "laws" in places_of(request) and name is not None and name not in COMPILED
     if is_uncompiled(request) or is_rare:
         monkeypatch.setenv(VARIABLE, "python")
-    if places_of(request) & set(QUICKLY_COMPILED):
+    quickly = QUICKLY_COMPILED
+    if MORE_EXAMPLES is not None:
+        quickly += QUICKLY_COMPILED_WHOLE
+    if places_of(request) & set(quickly):
         monkeypatch.setattr(native, "LEVEL", 0)
 
 
