@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..formats.tables import Table, table_of
 from ..ground.arrays import Array
-from ..ground.suggestions import suggestion
+from ..ground.suggestions import did_you_mean, suggestion
 from ..ground.units import coordinate_unit, effort_unit
 from ..robot.robot import Robot
 
@@ -26,6 +27,7 @@ _UNITS = {
     **dict.fromkeys(WRENCH[:3], "N"),
     **dict.fromkeys(WRENCH[3:], "N m"),
 }
+_SLIP = 0.85  # similarity of two names, above which one is a slip of the other
 _LEAST_ROWS = 4  # of a spline of third degree
 
 
@@ -72,7 +74,7 @@ def read_duty(data: str | Path | Mapping[str, Sequence[float] | Array], robot: R
         robot: the robot.
 
     Raises:
-        InputError: a column is missing, or a cell is empty or no number.
+        InputError: a column is missing, its name has a slip, or a cell is empty or no number.
     """
     table = table_of(data, lambda name: _units_of(name, robot))
     return _Reader(table, robot).duty()
@@ -80,15 +82,21 @@ def read_duty(data: str | Path | Mapping[str, Sequence[float] | Array], robot: R
 
 def _units_of(name: str, robot: Robot) -> Sequence[str]:
     """The unit of a column; any unit for columns that are not used."""
+    units = _column_units(robot)
+    if name not in units:
+        return []
+    return [units[name]]
+
+
+def _column_units(robot: Robot) -> dict[str, str]:
+    """Units of all columns that a duty cycle may have."""
     units = dict(_UNITS)
     for joint, kind in robot.joint_types.items():
         units[joint] = coordinate_unit(kind)
         units[f"{joint}.velocity"] = coordinate_unit(kind, "/s")
         units[f"{joint}.acceleration"] = coordinate_unit(kind, "/s^2")
         units[f"{joint}.effort"] = effort_unit(kind)
-    if name not in units:
-        return []
-    return [units[name]]
+    return units
 
 
 class _Reader:
@@ -112,7 +120,7 @@ class _Reader:
         wrench = self.columns(WRENCH, {})
         weights = self.weights(time)
         places = tuple(self.table.row(k) for k in range(self.count))
-        unused = tuple(name for name in self.table.columns if name not in self.used)
+        unused = self.unused()
         return DutyCycle(
             names,
             values,
@@ -125,6 +133,19 @@ class _Reader:
             places,
             unused,
         )
+
+    def unused(self) -> tuple[str, ...]:
+        """Names of the columns that were not used; raises InputError for a slip in a name."""
+        meant = _column_units(self.robot)
+        unused = tuple(name for name in self.table.columns if name not in self.used)
+        for name in unused:
+            near = difflib.get_close_matches(name, list(meant), n=1, cutoff=_SLIP)
+            if near and name not in meant:
+                raise InputError(
+                    f"{self.table.source}: there is no column '{name}'{did_you_mean(near[0])}; a"
+                    " column of another meaning needs a name that is not so near"
+                )
+        return unused
 
     def require(self, good: np.ndarray, problem: str) -> None:
         """Raise InputError with a problem at the first row (N,) that is not good."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..formats.tables import table_of
+from ..formats.tables import UnitsOf, table_of
 from ..ground.arrays import Array
 from ..ground.check_arguments import integer, real_number
 
@@ -207,16 +207,20 @@ def random(bounds: Bounds, count: int, seed: int = 0) -> Random:
     return Random(ranges, integer("count", count), integer("seed", seed, least=0))
 
 
-def listed(data: str | Path | Mapping[str, Sequence[float] | Array]) -> Listed:
+def listed(
+    data: str | Path | Mapping[str, Sequence[float] | Array],
+    units_of: UnitsOf | None = None,
+) -> Listed:
     """Designs as rows of a table.
 
     Args:
         data: a CSV file whose header has names or paths of parameters, or columns (N,) by name.
+        units_of: the SI units that a column of a file may have; any if None.
 
     Raises:
-        InputError: the file cannot be read, or a cell is empty or no number.
+        InputError: the file cannot be read, a cell is empty or no number, or a unit is wrong.
     """
-    table = table_of(data, units_of=_any_units)
+    table = table_of(data, units_of or _any_units)
     names = tuple(table.columns)
     return Listed(names, table.rows(names))
 

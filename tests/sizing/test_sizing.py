@@ -213,6 +213,16 @@ def test_a_simulated_motion_asks_for_its_own_efforts(crank: Robot, tmp_path: Pat
     assert "work" in duty.unused
 
 
+@pytest.mark.parametrize(
+    ("slip", "meant"),
+    [("force_z", "force.z"), ("payloads", "payload"), ("q.velocty", "q.velocity")],
+)
+def test_a_slip_in_the_name_of_a_column_is_refused(arm: Robot, slip: str, meant: str) -> None:
+    with pytest.raises(InputError, match=rf"no column '{slip}' \(did you mean '{meant}'\?\)"):
+        read_duty({"q": [0.1], slip: [50.0]}, arm)
+    assert read_duty({"q": [0.1], "remark": [50.0]}, arm).unused == ("remark",)
+
+
 def test_rates_follow_from_the_time(arm: Robot) -> None:
     time = np.linspace(0.0, 1.0, 5)
     duty = read_duty({"time": time, "q": time**3 - time}, arm)

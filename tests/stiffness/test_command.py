@@ -66,7 +66,7 @@ def test_the_text_says_what_is_rigid_and_who_gives_way():
         (("--drive", "slew=-5"), "--drive: slew: stiffness is -5"),
         (("--drive", "slow=5"), "did you mean 'slew'"),
         (("--mode", "1"), "give --draw FILE too"),
-        ((*WORDS, "--draw", "x.svg", "--mode", "9"), "there are 2 modes"),
+        ((*WORDS, "--draw", "x.svg", "--mode", "9"), "9: it has 2 modes"),
         ((*WORDS, "--draw", "x.svg", "--over", "slew,boom_cylinder"), "give --wrench too"),
         ((*WORDS, "--draw", "x.svg", "--over", "slew", "--wrench", "1,0,0"), "two joints, as A,B"),
         ((), "nothing of the robot is elastic"),

@@ -415,3 +415,28 @@ def test_a_wrong_call_gets_one_line(tmp_path: Path, words: list[str], part: str)
     assert result.exit_code in (1, 2)
     assert part in result.output
     assert "Traceback" not in result.output
+
+
+@pytest.mark.parametrize(
+    ("header", "part"),
+    [
+        ("L2 [kg]", "column L2 [kg]: '1*kg' is a mass; expected a length"),
+        ("L99", "no parameter 'L99'"),
+    ],
+)
+def test_a_wrong_column_of_designs_gets_one_line(tmp_path: Path, header: str, part: str) -> None:
+    table = tmp_path / "designs.csv"
+    table.write_text(f"{header}\n0.72\n", encoding="utf-8")
+    result = call("sweep", NAME, "--designs", str(table), "-o", str(tmp_path / "out"))
+    assert result.exit_code in (1, 2)
+    assert part in result.output
+    assert str(table) in result.output
+
+
+def test_designs_have_the_units_of_their_header(tmp_path: Path) -> None:
+    table = tmp_path / "designs.csv"
+    table.write_text("L2 [mm]\n720\n", encoding="utf-8")
+    words = ["--designs", str(table), "--quantity", "singularity", "--json"]
+    result = call("sweep", NAME, *words, "-o", str(tmp_path / "out"))
+    ends = json.loads(result.stdout)["quantities"]["singularity"]
+    assert ends["least_with"]["L2"] == pytest.approx(0.72, rel=1e-15)

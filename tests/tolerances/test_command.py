@@ -62,3 +62,13 @@ def test_a_wrong_call_gets_one_line(file: str, words: list[str], part: str) -> N
     assert result.exit_code in (1, 2)
     assert part in result.output
     assert "Traceback" not in result.output
+
+
+def test_a_pose_beyond_limits_is_noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "python")
+    place = tmp_path / "limited.yaml"
+    text = SLIDER_CRANK.replace("turn: {", "turn: {limits: [0, 1], ", 1)
+    place.write_text(text, encoding="utf-8")
+    result = call("tolerances", str(place), "--tolerance", TABLE, "-u", "1.2")
+    assert result.exit_code == 0
+    assert "turn = 1.2 rad is beyond its limit 1 rad" in result.stderr

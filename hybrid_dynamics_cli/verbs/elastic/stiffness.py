@@ -12,8 +12,10 @@ from hybrid_dynamics_core.description.elasticity import Elasticity
 from hybrid_dynamics_core.description.parameters.written import written_of
 from hybrid_dynamics_core.description.value_units import units_at
 from hybrid_dynamics_core.ground.arrays import Array
+from hybrid_dynamics_core.ground.wording import counted
 from hybrid_dynamics_core.stiffness import Deflection, Stiffness, StiffnessMap, stiffness_map
 
+from ...limits import beyond
 from ...load_options import COMPONENTS, load_options, loads_of, numbers
 from ...output import along_axes, show, show_written, table
 from ...parameters import closed, json_option, loaded, options, robot_argument, u_option
@@ -98,6 +100,9 @@ def command(
     with options(drives="drive"):
         elasticity = with_drives(machine, drives)
         stiffness = machine.stiffness(state, elasticity, frame)
+    if mode is not None:
+        _check_mode(stiffness, loads, mode)
+    beyond(machine, machine.active, state.u)
     data = facts(stiffness, loads)
     if place is not None:
         data["picture"] = str(place)
@@ -114,6 +119,13 @@ def command(
     show_written(place, title, as_json)
 
 
+def _check_mode(stiffness: Stiffness, loads: Loads, mode: int) -> None:
+    """Raise click.BadParameter if there is no such mode."""
+    count = len(stiffness.modes(loads).frequencies)
+    if mode > count:
+        raise click.BadParameter(f"{mode}: it has {counted(count, 'mode')}", param_hint="--mode")
+
+
 def _displacements(
     stiffness: Stiffness, loads: Loads, mode: int | None
 ) -> tuple[str, dict[str, Array]]:
@@ -121,9 +133,6 @@ def _displacements(
     if mode is None:
         return "under load", dict(stiffness.deflection(loads).links)
     modes = stiffness.modes(loads)
-    count = len(modes.frequencies)
-    if mode > count:
-        raise click.BadParameter(f"there are {count} modes", param_hint="--mode")
     links = {name: shapes[mode - 1] for name, shapes in modes.links.items()}
     return f"mode {mode}, {modes.frequencies[mode - 1]:.3g} Hz", links
 

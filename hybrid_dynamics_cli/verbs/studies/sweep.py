@@ -180,7 +180,7 @@ def _space(
     if designs is not None:
         if texts or count is not None:
             raise click.UsageError("--designs has all designs; leave out --vary and --random")
-        return listed(designs)
+        return _rows(machine, designs)
     bounds: dict[str, tuple[float, ...]] = {}
     for text in texts:
         name, numbers = _bounds(machine, text)
@@ -197,6 +197,14 @@ def _space(
     return grid({name: (low, high, int(steps)) for name, (low, high, steps) in bounds.items()})
 
 
+def _rows(machine: Robot, designs: Path) -> Space:
+    """The designs of a file, with parameters of the robot as columns."""
+    rows = listed(designs, lambda name: _units(machine, name, str(designs)))
+    for name in rows.names:
+        _units(machine, name, str(designs))
+    return rows
+
+
 def _bounds(machine: Robot, text: str) -> tuple[str, tuple[float, ...]]:
     """The name and the numbers of a --vary."""
     name, equals, values = text.partition("=")
@@ -204,12 +212,7 @@ def _bounds(machine: Robot, text: str) -> tuple[str, tuple[float, ...]]:
     low_and_high = values.split(":")
     if not equals or not name or len(low_and_high) not in (2, 3):
         raise click.BadParameter(f"'{text}': {FORM}", param_hint="--vary")
-    given = written_of(machine.description)
-    try:
-        path = path_of(given, name)
-    except InputError as error:
-        raise InputError(f"vary: {error}") from error
-    units = units_of(given, path)
+    units = _units(machine, name, "vary")
     numbers: list[float] = []
     for k, term in enumerate(low_and_high):
         try:
@@ -218,6 +221,16 @@ def _bounds(machine: Robot, text: str) -> tuple[str, tuple[float, ...]]:
             problem = f"'{text}': {error}; {FORM}"
             raise click.BadParameter(problem, param_hint="--vary") from error
     return name, tuple(numbers)
+
+
+def _units(machine: Robot, name: str, what: str) -> tuple[str, ...]:
+    """The units that a parameter may have; raises InputError if it is not there."""
+    given = written_of(machine.description)
+    try:
+        path = path_of(given, name)
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from error
+    return units_of(given, path)
 
 
 def _poses(machine: Robot, u: str | None, poses: Path | None) -> Array:

@@ -19,6 +19,7 @@ from hybrid_dynamics_core.tolerances.analysis import CONFIDENCE, POSES
 from hybrid_dynamics_core.tolerances.entries import LAWS
 
 from ...bags.common import PATH
+from ...limits import beyond
 from ...output import by_name, number, show, table
 from ...parameters import (
     frame_option,
@@ -129,6 +130,7 @@ def command(
     if places is None:
         units = coordinate_units(machine)
         places = vector("-u", u, machine.active, machine.reference, units)
+        beyond(machine, machine.active, places)
     with options(tolerances="tolerance"):
         linear = analysis.linear(places, confidence)
     sampled = None
