@@ -13,6 +13,8 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.export import to_yaml
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.report import report
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job
@@ -144,3 +146,33 @@ def test_a_bag_without_the_odometry_is_refused(file: Path, tmp_path: Path) -> No
     words = r"no nav_msgs/msg/Odometry on /hybrid_dynamics/base; it has some on /odom"
     with pytest.raises(BagError, match=words):
         process(job)
+
+
+@examples(6)
+@given(seed=st.integers(0, 1000))
+def test_reports_have_the_efforts_of_the_stream(
+    file: Path, tmp_path_factory: pytest.TempPathFactory, seed: int
+) -> None:
+    """A base that tumbles: what a report computes are the efforts of the node."""
+    robot, rng = load(file), np.random.default_rng(seed)
+    pipeline, written, expected = make_pipeline(robot, SETTINGS), [], []
+    for k in range(40):
+        stamp = START + 10 * MS * k
+        data = odometry(stamp, rng, "l1")
+        pipeline.odometry.take(sample_of_odometry(typestore().deserialize_cdr(data, ODOMETRY)))
+        written.append((TOPIC, ODOMETRY, stamp, data))
+        u, du = np.array([0.3 + 1e-3 * k]), np.array([0.1])
+        result = pipeline.process(JointSample(stamp, [KNEE], u, du))
+        assert isinstance(result, MotionResult)
+        expected.append(result.efforts)
+        state = joint_state(stamp, [KNEE], u, du, [1.0])
+        written.append((INPUT, JOINT_STATE, stamp + 1, state))
+    path = write(tmp_path_factory.mktemp("report") / "in", written)
+    recording = collect(path, str(file), smooth="causal", settings=SETTINGS)
+    known = [k for k, efforts in enumerate(expected) if efforts is not None]
+    assert len(known) > 30
+    knee = robot.active.index(KNEE)
+    found = recording.efforts[known, knee]
+    np.testing.assert_array_equal(found, [expected[k][knee] for k in known])
+    np.testing.assert_array_equal(recording.recorded[:, knee], 1.0)
+    assert "Efforts" in report(recording, "tumbling")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import ClosedState, load
 from hybrid_dynamics_core.ground.progress import Progress
 
-from ...messages.joint_samples import FloatArray, resting_joints
+from ...messages.joint_samples import FloatArray
 from ...parameters import MAX_GAP, PARTIAL_AGE, NodeSettings
 from ...stream.pipeline import Pipeline
 from ..batch_outputs import NODE
@@ -24,11 +24,13 @@ from ..errors import BagError
 from ..input_topic import INPUT, input_topic
 from ..job import CAUSAL, SMOOTHINGS
 from ..provenance import robot_of, smoothing_of
+from ..recorded_poses import RecordedPoses, recorded_poses
 from ..sample_outliers import SampleOutlier
 from ..samples import Samples, slices
 from ..settings import make_pipeline
 from ..smooth import estimates_of
 from ..storage.bag_reader import BagReader
+from ..storage.storage import Losses
 from .error_statistics import ErrorStatistics
 from .pressure_efforts import PressureEfforts
 from .recording import COMPUTED, EvaluatedRecording
@@ -82,13 +84,15 @@ def collect(  # noqa: PLR0913 - the command's options
         evaluator = pipeline.evaluator
         decoder = Decoder(
             evaluator.measured,
-            resting=resting_joints(evaluator.robot),
+            resting=pipeline.resting,
             max_age=settings[PARTIAL_AGE],
         )
+        lost = Losses()
+        collector.move_by(recorded_poses(pipeline.poses, source, lost))
         for samples in _read(source, name, decoder):
             collector.add(samples)
         collector.smooth_waiting()
-        losses = source.losses.describe()
+        losses = [*lost.describe(), *source.losses.describe()]
     if not collector.has_results:
         raise BagError(f"{path}: {name}: {collector.why_no_results()}")
     return collector.recording(losses)
@@ -187,6 +191,11 @@ class _Collector:
     def has_results(self) -> bool:
         """Whether any sample was accepted."""
         return bool(self._results)
+
+    def move_by(self, poses: Sequence[RecordedPoses]) -> None:
+        """Set ball and free joints to the poses of a bag at each sample."""
+        for recorded in poses:
+            self._batches.movers.append(recorded.go_to)
 
     def add(self, samples: Samples) -> None:
         """Evaluate samples, or keep them until the end if smoothing needs all of them."""
