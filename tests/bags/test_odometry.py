@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -10,10 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from scipy.spatial.transform import Rotation
 
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import Pose, load
 from hybrid_dynamics_core.export import to_yaml
 from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.identify import identify_recording, requested_parameters
 from hybrid_dynamics_ros.bags.analysis.report import report
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.input_topic import INPUT
@@ -27,7 +30,7 @@ from hybrid_dynamics_ros.parameters import NodeSettings
 from hybrid_dynamics_ros.stream.results import MotionResult
 from hybrid_dynamics_ros.stream.topics import topics_of
 from tests.bags.messages import START, joint_state
-from tests.laws.test_multi_dof import KNEE, floating_robot
+from tests.laws.test_multi_dof import FREE, KNEE, floating_robot
 from tests.sampling import examples
 
 MS = 10**6
@@ -44,18 +47,32 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def odometry(stamp_ns: int, rng: np.random.Generator, link: str) -> bytes:
     """CDR bytes of an Odometry with any pose and twist."""
+    turn = rng.normal(size=4)
+    turn /= np.linalg.norm(turn)
+    place, linear, angular = rng.normal(size=3), rng.normal(size=3), rng.normal(size=3)
+    return odometry_of(stamp_ns, Rotation.from_quat(turn), angular, linear, place, link)
+
+
+def odometry_of(
+    stamp_ns: int,
+    turn: Rotation,
+    angular: np.ndarray,
+    linear: Sequence[float] = (0.0, 0.0, 0.0),
+    place: Sequence[float] = (0.0, 0.0, 0.0),
+    link: str = "l1",
+) -> bytes:
+    """CDR bytes of an Odometry."""
     types = typestore().types
 
     def vector(kind: str, *values: float) -> object:
         return types[f"geometry_msgs/msg/{kind}"](*map(float, values))
 
-    turn = rng.normal(size=4)
-    turn /= np.linalg.norm(turn)
     pose = types["geometry_msgs/msg/Pose"](
-        vector("Point", *rng.normal(size=3)), vector("Quaternion", *turn)
+        vector("Point", *place), vector("Quaternion", *turn.as_quat())
     )
-    linear, angular = vector("Vector3", *rng.normal(size=3)), vector("Vector3", *rng.normal(size=3))
-    twist = types["geometry_msgs/msg/Twist"](linear, angular)
+    twist = types["geometry_msgs/msg/Twist"](
+        vector("Vector3", *linear), vector("Vector3", *angular)
+    )
     covariance = np.full(36, -1.0)
     time = types["builtin_interfaces/msg/Time"](sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
     message = types[ODOMETRY](
@@ -176,3 +193,34 @@ def test_reports_have_the_efforts_of_the_stream(
     np.testing.assert_array_equal(found, [expected[k][knee] for k in known])
     np.testing.assert_array_equal(recording.recorded[:, knee], 1.0)
     assert "Efforts" in report(recording, "tumbling")
+
+
+def test_parameters_are_identified_on_a_base_that_tumbles(file: Path, tmp_path: Path) -> None:
+    """A base that turns evenly, of which odometry tells: the knee's efforts give the shank."""
+    robot, written = load(file), []
+    spin, still = np.array([0.9, 0.6, -0.4]), np.zeros(3)
+    for k in range(900):
+        stamp, angle = START + 10 * MS * k, 0.03 * k
+        turn = Rotation.from_rotvec(0.01 * k * spin)
+        written.append((TOPIC, ODOMETRY, stamp, odometry_of(stamp, turn, spin)))
+        u, du, ddu = 0.5 * np.sin(angle), 1.5 * np.cos(angle), -4.5 * np.sin(angle)
+        poses = {FREE: Pose(still, turn.as_matrix())}
+        twists = {FREE: np.r_[still, spin]}
+        values, rates = np.zeros(7), np.zeros(7)
+        knee = robot.active.index(KNEE)
+        values[knee], rates[knee] = u, du
+        state = robot.close_at_poses(poses, twists, values, rates)
+        by_twists = robot.twist_map(state)
+        wanted = np.zeros(7)
+        wanted[knee] = ddu
+        tau = robot.inverse_dynamics(state, by_twists.rate_accelerations(wanted))
+        given_ = np.array([u]), np.array([du]), [float(tau[knee])]
+        written.append((INPUT, JOINT_STATE, stamp + 1, joint_state(stamp, [KNEE], *given_)))
+    settings = NodeSettings({"odometry.topic": "~/base"})
+    path = write(tmp_path / "in", written)
+    recording = collect(path, str(file), smooth="spline", settings=settings)
+    found = identify_recording(recording, requested_parameters(robot, ["l2"]))
+    size = np.abs(found.file_values).max()
+    # a spline through samples of a sine of 3 rad/s
+    assert found.identification.estimate == pytest.approx(found.file_values, abs=1e-3 * size)
+    assert found.joints == (KNEE,)  # what pushes the base is not known

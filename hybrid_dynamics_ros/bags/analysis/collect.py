@@ -205,6 +205,9 @@ class _Collector:
         self._register_stamps(samples)
         if self._topic == COMPUTED or self._evaluator.measured != self._robot.active:
             samples.effort[:] = np.nan
+        for joint in self._pipeline.poses.posed:
+            # what pushes a floating base is not known, and angles have other charts
+            samples.effort[:, list(joint.places)] = np.nan
         measured = samples.measured[samples.usable]
         self._with_velocity += int(measured.sum())
         self._without_velocity += int((~measured).sum())
