@@ -74,6 +74,7 @@ UNCOMPILED = (
     "capability/test_capability.py",
     "cli",
     "core/test_closed_form_ik.py",
+    "core/test_platform_frames.py",
     "description",
     "docs",
     "drawing",
@@ -105,8 +106,12 @@ BITS = (
     "bags/test_stream.py",
     "bags/test_unfinished.py",
 )
-# long streams through one robot: with all random examples a compiler pays
-STREAMS = ("bags/test_payload_stream.py", "bags/test_tool_force.py")
+# long streams through one robot, and long searches: with all random examples a compiler pays
+STREAMS = (
+    "bags/test_payload_stream.py",
+    "bags/test_tool_force.py",
+    "core/test_closed_form_ik.py",
+)
 # folders and files that ask for numbers alone: code compiled in a fifth of the time gives them too
 QUICKLY_COMPILED = (
     "control",
@@ -123,6 +128,7 @@ QUICKLY_COMPILED_WHOLE = ("frameworks",)
 LONG = (
     "bags/test_tool_force.py",
     "core/test_closed_form_ik.py",
+    "core/test_platform_frames.py",
     "demo/test_demo.py",
     "export/test_c_programs.py",
     "export/test_c_random.py",
