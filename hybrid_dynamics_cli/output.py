@@ -91,7 +91,7 @@ def plain(value: Any) -> Any:
 
 
 def by_name(names: Sequence[str], values: Iterable[Any]) -> dict[str, Any]:
-    """A mapping from names to values; values without a name are dropped."""
+    """A mapping from names to values, one a name."""
     return dict(zip(names, values, strict=True))
 
 

@@ -304,7 +304,7 @@ def closure_statuses(codes: Codes) -> NDArray[np.int64]:
     return np.where(outcome > OutcomeKind.SINGULAR, ClosureStatus.SINGULAR, outcome)
 
 
-def settle(
+def mark_open_rows(
     state: ClosedState,
     values: Mapping[str, Array],
     codes: Codes,

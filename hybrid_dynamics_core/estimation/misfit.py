@@ -15,7 +15,7 @@ from .sensors import SensorError
 from .unknowns import Unknowns
 
 FAINT = 2e-3  # measured over required efforts, below which the unit is another
-BETTER = 0.25  # share of the squares: exchanged chambers that leave less fit better
+BETTER = 0.25  # share of the squares that exchanged chambers may leave at most, to be believed
 COARSE = 0.02  # noise of this comparison, as a share of the efforts
 UNITS = {1e-5: "bar", 1e-6: "MPa", 1e-3: "kPa or kN"}  # by their numbers over those in SI units
 GOOD_FIT = 0.2  # share of the squares that this noise leaves: a fit below it is not doubted

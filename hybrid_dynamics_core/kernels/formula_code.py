@@ -85,8 +85,10 @@ def _digest_of(places: Sequence[str]) -> str:
     key = _hash([*names, *texts.values()])
     entry = cache.read(key)
     if entry is None:
-        parts = [(name, canonical(text)) for name, text in texts.items()]
-        entry = cache.Entry({"bytecode": _hash(word.encode() for part in parts for word in part)})
+        parts: list[bytes] = []
+        for name, text in texts.items():
+            parts += [name.encode(), canonical(text).encode()]
+        entry = cache.Entry({"bytecode": _hash(parts)})
         cache.write(key, entry)
     return str(entry.facts["bytecode"])
 

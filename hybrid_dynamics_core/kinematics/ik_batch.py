@@ -99,17 +99,17 @@ def inverse_kinematics(  # noqa: PLR0913, PLR0917 - a method of robots
     if not count:
         raise InputError("target: the batch is empty; expected one target or more")
     seeds = _seeds(seed, count)
-    starts = _starts(near, count)
+    states = _states_near(near, count)
     results: list[IKResult] = []
-    for k, (row, start, state) in enumerate(zip(targets, seeds, starts, strict=True)):
+    for k in range(count):
         try:
             result = solve_inverse_kinematics(
-                robot, row, start, all_solutions, mask, state, tolerance
+                robot, targets[k], seeds[k], all_solutions, mask, states[k], tolerance
             )
         except InputError as error:
             raise InputError(f"row {k}: {error}") from error
         results.append(result)
-    return _joined(robot, results, starts)
+    return _joined(robot, results, states)
 
 
 def _rows_of(target: ArrayLike | Pose) -> list[Array | Pose] | None:
@@ -140,7 +140,7 @@ def _seeds(seed: ArrayLike | None, count: int) -> list[Array | None]:
     return list(values)
 
 
-def _starts(near: ClosedState | None, count: int) -> list[ClosedState | None]:
+def _states_near(near: ClosedState | None, count: int) -> list[ClosedState | None]:
     """The state `near` of each row."""
     if not isinstance(near, ClosedState) or near.u.ndim == 1:
         return [near] * count
@@ -153,15 +153,16 @@ def _starts(near: ClosedState | None, count: int) -> list[ClosedState | None]:
 def _joined(
     robot: ClosedKinematics,
     results: Sequence[IKResult],
-    starts: Sequence[ClosedState | None],
+    states_near: Sequence[ClosedState | None],
 ) -> IKBatch:
+    """The batch of the results of all rows, which keep the modes of states."""
     states = []
     statuses = np.empty(len(results), dtype=object)
-    for k, (result, start) in enumerate(zip(results, starts, strict=True)):
+    for k, (result, near) in enumerate(zip(results, states_near, strict=True)):
         statuses[k] = result.status
         state = result.state
         if state is None:
-            state = close(robot, result.u, start, check=False)
+            state = close(robot, result.u, near, check=False)
         states.append(state)
     return IKBatch(
         u=np.array([result.u for result in results]),

@@ -22,7 +22,9 @@ from .ik_one_start import descend_from_one
 from .pose import Pose
 
 SOLVED = 1e-9  # [m] default residual below which a target counts as reached
-FURTHER_STARTS = 384  # number of further starts after a search from `STARTS` failed
+CONVERGED = 1e-3 * SOLVED  # [m] residual at which a descent ends
+ALL_STARTS = 384  # number of starts, further ones included, after a search from `STARTS` failed
+ALL_SLOW_STARTS = 2 * STARTS  # the same for robots that are followed, which takes longer
 SAME = 1e-6  # solutions closer than this in every coordinate are the same
 EDGE = 1e-7  # margin at both ends of a closing range, as a share of the range
 LEAST_LENGTH = 1e-3  # [m] least weight of a radian
@@ -96,8 +98,8 @@ class IKProblem:
     def descend(self, starts: Array, max_iterations: int = MAX_ITERATIONS) -> Descent:
         """Descend from each of the starts (N, n)."""
         if len(starts) == 1:
-            return descend_from_one(self.task, starts[0], SOLVED * 1e-3, max_iterations)
-        return descend(self.task, starts, SOLVED * 1e-3, max_iterations)
+            return descend_from_one(self.task, starts[0], CONVERGED, max_iterations)
+        return descend(self.task, starts, CONVERGED, max_iterations)
 
     def solved(self, descent: Descent) -> Mask:
         """Mask (N,) of starts that reached the target."""
@@ -127,9 +129,7 @@ class IKProblem:
     @property
     def further_starts(self) -> Array:
         """Further starts (N, n) over the limits, after all others failed."""
-        last = FURTHER_STARTS
-        if self.robot.follows:  # its states take many times as long
-            last = 2 * STARTS
+        last = ALL_SLOW_STARTS if self.robot.follows else ALL_STARTS
         return self._starts_between(STARTS, last)
 
     def _starts_between(self, first: int, last: int) -> Array:

@@ -45,9 +45,9 @@ def _momentum(tree: TreeDynamics, rates: list[Scalar], com: Vector) -> list[Scal
     for body, twist, (rotation, origin) in zip(
         tree.tree.bodies, body_twists(tree, rates), poses, strict=True
     ):
-        of_body, about_origin = momentum(body, twist)
-        along = matvec(rotation, of_body)
-        linear = add(linear, along)
+        linear_of_body, about_origin = momentum(body, twist)
+        of_body = matvec(rotation, linear_of_body)
+        linear = add(linear, of_body)
         angular = add(angular, matvec(rotation, about_origin))
-        angular = add(angular, cross(sub(origin, com), along))
+        angular = add(angular, cross(sub(origin, com), of_body))
     return [*linear, *angular]

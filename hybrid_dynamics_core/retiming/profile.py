@@ -44,19 +44,19 @@ def fastest_profile(s: Array, rows: Rows, fastest: Array) -> Array:
     """
     count = len(s)
     steps = np.diff(s)
+    # from the end backward: the squares from which the end can be reached at rest
     low, high = np.zeros(count), np.zeros(count)
     stretches: list[Array] = []
     for k in range(count - 2, -1, -1):
         stretch = _stretch(rows, k, steps[k])
         stretches.append(stretch)
-        ends = [
+        # x + 2 u step, the square at the next station, within its range
+        next_in_range = [
             [2.0 * steps[k], 1.0, -high[k + 1]],
             [-2.0 * steps[k], -1.0, low[k + 1]],
         ]
-        low[k], high[k] = _range_of_x(
-            np.vstack([stretch, ends]),
-            fastest[k],
-        )
+        all_rows = np.vstack([stretch, next_in_range])
+        low[k], high[k] = _range_of_x(all_rows, fastest[k])
         if not low[k] <= high[k]:
             raise BlockedError(k)
     if low[0] > 0.0:
@@ -64,37 +64,33 @@ def fastest_profile(s: Array, rows: Rows, fastest: Array) -> Array:
     return _forward(steps, stretches[::-1], low, high)
 
 
-def _forward(
-    steps: Array,
-    stretches: list[Array],
-    low: Array,
-    high: Array,
-) -> Array:
-    """The fastest profile within reachable squares low to high (N,) of s'."""
+def _forward(steps: Array, stretches: list[Array], low: Array, high: Array) -> Array:
+    """The fastest profile (N,) from the start forward.
+
+    Args:
+        steps: (N - 1,) distances of the stations.
+        stretches: rows of each stretch, as of `_stretch`.
+        low: (N,) least square of s' from which the end can be reached.
+        high: (N,) largest such square.
+    """
     x = np.zeros(len(steps) + 1)
     for k, step in enumerate(steps):
         a, b, c = stretches[k].T
-        pushing = a > _ZERO
-        bounds = -(b * x[k] + c)[pushing] / a[pushing]
-        reached = x[k] + 2.0 * step * bounds.min(initial=np.inf)
-        x[k + 1] = np.clip(
-            reached,
-            low[k + 1],
-            high[k + 1],
-        )
+        bounds_u = a > _ZERO
+        bounds = -(b * x[k] + c)[bounds_u] / a[bounds_u]
+        largest_u = bounds.min(initial=np.inf)
+        reached = x[k] + 2.0 * step * largest_u
+        x[k + 1] = np.clip(reached, low[k + 1], high[k + 1])
     return x
 
 
 def _stretch(rows: Rows, k: int, step: float) -> Array:
-    """Rows (2 k, 3) of x and u at station k that hold at both ends of the stretch after it."""
-    here = np.stack(
-        [rows.a[k], rows.b[k], rows.c[k]],
-        axis=1,
-    )
-    ahead = np.stack(
-        [rows.a[k + 1], rows.b[k + 1], rows.c[k + 1]],
-        axis=1,
-    )
+    """Rows (r, 3) [a, b, c] of u and x at station k that hold at both ends of the stretch after it.
+
+    Those of its end are a u + b (x + 2 u step) + c <= 0.
+    """
+    here = np.stack([rows.a[k], rows.b[k], rows.c[k]], axis=1)
+    ahead = np.stack([rows.a[k + 1], rows.b[k + 1], rows.c[k + 1]], axis=1)
     ahead[:, 0] += 2.0 * step * ahead[:, 1]
     return np.vstack([here, ahead])
 
@@ -117,14 +113,8 @@ def _range_of_x(rows: Array, fastest: float) -> tuple[float, float]:
     slopes = np.concatenate([slopes, b[flat]])
     offsets = np.concatenate([offsets, c[flat]])
     rising, falling = slopes > _ZERO, slopes < -_ZERO
-    high = np.min(
-        -offsets[rising] / slopes[rising],
-        initial=fastest,
-    )
-    low = np.max(
-        -offsets[falling] / slopes[falling],
-        initial=0.0,
-    )
+    high = np.min(-offsets[rising] / slopes[rising], initial=fastest)
+    low = np.max(-offsets[falling] / slopes[falling], initial=0.0)
     level = ~(rising | falling)
     if (offsets[level] > _SLACK * (1.0 + np.abs(offsets[level]))).any():
         return 1.0, 0.0

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import programs
-from ..closed_state.state import ClosedState, settle
+from ..closed_state.state import ClosedState, mark_open_rows
 from ..dynamics.centroidal import Centroidal
 from ..dynamics.dae import SpanningTerms
 from ..dynamics.energy import Energy
@@ -196,7 +196,7 @@ class Dynamics:
         inputs |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
         key, program = f"regressor {parameters}", programs.regressor(parameters)
         values, codes = self._kernels.run(key, program, inputs)
-        settle(state, values, codes)
+        mark_open_rows(state, values, codes)
         return values["Y"]
 
     def energy(self, state: ClosedState, loads: Loads | None = None) -> Energy:
@@ -354,7 +354,7 @@ class Dynamics:
             singular = np.asarray(codes == MASS_SINGULAR)
             if singular.any():
                 raise self._mass_singularity(state, singular, inputs["tau"], loads)
-            settle(state, values, codes)
+            mark_open_rows(state, values, codes)
         return values
 
     def _mass_singularity(

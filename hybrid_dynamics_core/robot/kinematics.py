@@ -5,7 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from .. import programs
-from ..closed_state.state import ClosedState, settle
+from ..closed_state.state import ClosedState, mark_open_rows
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
@@ -113,5 +113,5 @@ class Kinematics:
         self._closure.check_state(state)
         inputs |= {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s}
         values, codes = self._kernels.run(key, program, inputs)
-        settle(state, values, codes)
+        mark_open_rows(state, values, codes)
         return values

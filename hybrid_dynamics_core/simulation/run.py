@@ -105,7 +105,7 @@ class Run:
             self._integrate_period(self.span[1], progress)
             return
         for begin, end in periods(self.span, hold):
-            self.held = self._evaluate_tau(begin, self.coordinates.at_home(self.anchor))
+            self.held = self._evaluate_tau(begin, self.coordinates.simulated_state(self.anchor))
             if not self.samples:
                 self._record_start()
             self._integrate_period(end, progress)
@@ -222,7 +222,7 @@ class Run:
         state = self.coordinates.near(u, du)
         if state.status is not ClosureStatus.OK:
             return state
-        return self.coordinates.at_home(state)
+        return self.coordinates.simulated_state(state)
 
     def _evaluate_tau(self, t: float, state: ClosedState) -> Array:
         if not callable(self.tau):
@@ -337,7 +337,7 @@ class Run:
         """Record the first sample."""
         tau = self.held
         if tau is None:
-            tau = self._evaluate_tau(self.span[0], self.coordinates.at_home(self.anchor))
+            tau = self._evaluate_tau(self.span[0], self.coordinates.simulated_state(self.anchor))
         self.samples.add(self.coordinates, self.span[0], self.y, tau, self.anchor)
 
     def _stop(self, time: float, message: str) -> None:

@@ -128,7 +128,7 @@ class _Search:
 
 
 def bisected(low: float, high: float, true: Callable[[float], bool]) -> tuple[float, float]:
-    """Bisect for the time at which `true` becomes true; returns the times just before and after."""
+    """Bisect for the time at which `true` becomes true; returns the times just after and before."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         if not low < middle < high:

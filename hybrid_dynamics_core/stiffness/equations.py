@@ -37,7 +37,7 @@ class Equation:
 
 def equations_of(
     robot: ElasticRobot,
-    tree: PosedTree,
+    posed: PosedTree,
     elasticity: Elasticity,
     places: Places,
 ) -> list[Equation]:
@@ -45,7 +45,7 @@ def equations_of(
 
     Args:
         robot: the robot.
-        tree: its tree at a state.
+        posed: its tree at a state.
         elasticity: what of it is elastic.
         places: twists of places on its links.
 
@@ -53,9 +53,9 @@ def equations_of(
         InputError: a spring cannot be counted.
     """
     equations: list[Equation] = []
-    for closure in tree.description.closures:
-        equations += _of_closure(tree, closure, elasticity, places)
-    drives = _Drives(robot, tree, elasticity, _size(places))
+    for closure in posed.description.closures:
+        equations += _of_closure(posed, closure, elasticity, places)
+    drives = _Drives(robot, posed, elasticity, _size(places))
     equations += drives.followers()
     equations += drives.locked()
     equations += drives.springs()
@@ -69,18 +69,18 @@ def _size(places: Places) -> int:
 
 
 def _of_closure(
-    tree: PosedTree,
+    posed: PosedTree,
     closure: Closure,
     elasticity: Elasticity,
     places: Places,
 ) -> list[Equation]:
-    a = tree.tree.body_index(closure.link_a)
-    b = tree.tree.body_index(closure.link_b)
+    a = posed.tree.body_index(closure.link_a)
+    b = posed.tree.body_index(closure.link_b)
     key: Key = ("closure", closure.name)
     between = places[a, key] - places[b, key]
-    gaps = tree.pin_pose(closure).displacements(between)
+    gaps = posed.pin_pose(closure).displacements(between)
     bearing = elasticity.pins.get(closure.name)
-    held = held_by(HELD[closure.kind], bearing, tree.length)
+    held = held_by(HELD[closure.kind], bearing, posed.length)
     equations: list[Equation] = []
     for row, deformation in zip(held.rows @ gaps, held.deformations, strict=True):
         equation = Equation(f"pins.{closure.name}", row, float(deformation))
@@ -94,19 +94,19 @@ class _Drives:
     def __init__(
         self,
         robot: ElasticRobot,
-        tree: PosedTree,
+        posed: PosedTree,
         elasticity: Elasticity,
         size: int,
     ) -> None:
         self.robot = robot
-        self.tree = tree
+        self.posed = posed
         self.elasticity = elasticity
         self.size = size
 
     def followers(self) -> list[Equation]:
         """Joints that follow others."""
         equations: list[Equation] = []
-        for name, mimic in self.tree.description.mimics.items():
+        for name, mimic in self.posed.description.mimics.items():
             factors = {name: 1.0}
             for source, multiplier in mimic.multipliers.items():
                 factors[source] = factors.get(source, 0.0) - multiplier
@@ -115,7 +115,7 @@ class _Drives:
 
     def locked(self) -> list[Equation]:
         """Drives, which are locked behind their springs."""
-        transmissions = self.tree.description.transmissions
+        transmissions = self.posed.description.transmissions
         equations: list[Equation] = []
         for name in self.robot.all_drives:
             factors: Mapping[str, float] = {name: 1.0}
@@ -126,9 +126,9 @@ class _Drives:
 
     def springs(self) -> list[Equation]:
         """Springs of the description, which act along joints."""
-        turning = self.tree.description.angles_in_rows
+        turning = self.posed.description.angles_in_rows
         equations: list[Equation] = []
-        for name, effect in self.tree.description.effects.items():
+        for name, effect in self.posed.description.effects.items():
             if not effect.stiffness:
                 continue
             if effect.stiffness < 0.0 or name in turning:
@@ -147,19 +147,19 @@ class _Drives:
         drive = self.elasticity.drive(name)
         if drive is None:
             return Equation(f"drives.{name}", row, 0.0)
-        joint = self.tree.description.joints.get(name)
+        joint = self.posed.description.joints.get(name)
         position = 0.0
         turns = False
         if joint is not None:
             position = self._position(name)
             turns = joint.type == "revolute"
-        cylinder = self.tree.description.actuators.get(name)
+        cylinder = self.posed.description.actuators.get(name)
         compliance = drive_compliance(name, drive, position, cylinder, turns=turns)
         return Equation(f"drives.{name}", row, math.sqrt(compliance))
 
     def _position(self, joint: str) -> float:
         k = self.robot.coordinates.index(joint)
-        return float(self.tree.s[k])
+        return float(self.posed.s[k])
 
     def _row(self, factors: Mapping[str, float]) -> Array:
         row = np.zeros(self.size)

@@ -76,7 +76,7 @@ def equilibrium(structure: Structure) -> Equilibrium:
     Args:
         structure: springs and equations.
     """
-    tree = structure.tree.tree
+    tree = structure.posed.tree
     scale = np.ones(len(tree.coordinates))
     for k in range(len(scale)):
         if tree.is_revolute(k):

@@ -33,7 +33,7 @@ def load_column(robot: ElasticRobot, structure: Structure, loads: Loads) -> Arra
         _require_frame(robot, frame)
         column += _wrench(structure, frame, wrench)
     effects = loads.effects
-    stretch = structure.tree.s - effects.rest
+    stretch = structure.posed.s - effects.rest
     spring = effects.stiffness * stretch + effects.preload
     column[: len(spring)] -= spring
     return column
@@ -46,11 +46,11 @@ def _require_frame(robot: ElasticRobot, frame: str) -> None:
 
 def _weights(structure: Structure, gravity: Array) -> Array:
     """Weights of the links, without what is compensated."""
-    description = structure.tree.description
+    description = structure.posed.description
     column = np.zeros(structure.size)
-    for body, link in enumerate(structure.tree.tree.bodies):
+    for body, link in enumerate(structure.posed.tree.bodies):
         data = description.links[link.name]
-        pose = structure.tree.pose(body)
+        pose = structure.posed.pose(body)
         twists = structure.places[body, MASS]
         weight = data.mass * gravity
         column += _force(twists, pose.point(data.com), weight)

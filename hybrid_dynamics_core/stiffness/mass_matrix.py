@@ -24,12 +24,12 @@ def mass_matrix(robot: ElasticRobot, structure: Structure, loads: Loads) -> Arra
         structure: its elastic structure.
         loads: only payloads and rotors count.
     """
-    tree = structure.tree
+    posed = structure.posed
     mass = np.zeros((structure.size, structure.size))
-    for body, link in enumerate(tree.tree.bodies):
-        data = tree.description.links[link.name]
+    for body, link in enumerate(posed.tree.bodies):
+        data = posed.description.links[link.name]
         twists = structure.places[body, MASS]
-        pose = tree.pose(body)
+        pose = posed.pose(body)
         mass += _of_body(data, twists, pose)
     for frame, payloads in loads.payloads.items():
         place, twists = structure.twists(frame)

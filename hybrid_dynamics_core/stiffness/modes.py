@@ -102,7 +102,7 @@ def _with_free(solved: Equilibrium, mass: Array, basis: Array) -> Array:
 def _links(structure: Structure, motions: Array) -> dict[str, Array]:
     """Displacements (k, 6) of each link."""
     moved: dict[str, Array] = {}
-    for link in structure.tree.description.links:
+    for link in structure.posed.description.links:
         pose, twists = structure.twists_of_link(link)
         displacements = pose.displacements(twists @ motions)
         moved[link] = displacements.T

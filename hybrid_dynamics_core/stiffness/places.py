@@ -17,30 +17,30 @@ Places = Mapping[tuple[int, Key], Array]
 ROOT: Final[Key] = ("root", "")
 
 
-def places_of(tree: PosedTree, joints: VirtualJoints) -> Places:
+def places_of(posed: PosedTree, joints: VirtualJoints) -> Places:
     """Twists (6, n_s + k) about the base origin, by body and place.
 
     Args:
-        tree: the tree at a state.
+        posed: the tree at a state.
         joints: its virtual joints, with k deformations.
     """
-    size = len(tree.tree.coordinates)
+    size = len(posed.tree.coordinates)
     width = size + len(joints.deformations)
     places: dict[tuple[int, Key], Array] = {}
     places[-1, ROOT] = np.zeros((6, width))
-    _attach(tree, joints, -1, places)
-    for body, link in enumerate(tree.tree.bodies):
+    _attach(posed, joints, -1, places)
+    for body, link in enumerate(posed.tree.bodies):
         on_parent: Key = ("joint", link.joint)
         twists = places[link.parent, on_parent].copy()
         _add(twists, joints, joints.of_joints.get(body, []))
-        twists[:, link.coordinate] = tree.joint_twist(body)
+        twists[:, link.coordinate] = posed.joint_twist(body)
         places[body, ROOT] = twists
-        _attach(tree, joints, body, places)
+        _attach(posed, joints, body, places)
     return places
 
 
 def _attach(
-    tree: PosedTree,
+    posed: PosedTree,
     joints: VirtualJoints,
     body: int,
     places: dict[tuple[int, Key], Array],
@@ -48,7 +48,7 @@ def _attach(
     """Add the places on a body, which move with the springs between them and its joint."""
     root = places[body, ROOT]
     flex = joints.flexes.get(body)
-    for key in places_on(tree.description, _name(tree, body)):
+    for key in places_on(posed.description, _name(posed, body)):
         places[body, key] = root
         if flex is None:
             continue
@@ -66,8 +66,8 @@ def _add(twists: Array, joints: VirtualJoints, indices: list[int]) -> None:
         twists[:, first + k] = twist
 
 
-def _name(tree: PosedTree, body: int) -> str:
+def _name(posed: PosedTree, body: int) -> str:
     """Name of the link of a body."""
     if body < 0:
-        return tree.description.base
-    return tree.tree.bodies[body].name
+        return posed.description.base
+    return posed.tree.bodies[body].name

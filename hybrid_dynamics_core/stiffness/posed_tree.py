@@ -117,7 +117,7 @@ class PosedTree:
         return Pose(outer @ basis.T, place)
 
 
-def posed(description: RobotDescription, state: ClosedState) -> PosedTree:
+def pose_tree(description: RobotDescription, state: ClosedState) -> PosedTree:
     """The spanning tree of a description at a state."""
     tree = build_tree(description)
     return PosedTree(description, tree, state)

@@ -21,7 +21,7 @@ from .check_names import check_names
 from .equilibrium import Equilibrium, equilibrium
 from .load_columns import load_column
 from .modes import Modes, modes_of
-from .posed_tree import posed
+from .posed_tree import pose_tree
 from .robot_interface import ElasticRobot
 from .structure import build_structure
 
@@ -100,8 +100,8 @@ class Stiffness:
             raise InputError(no_such_name("frame", self.frame, robot.frames))
         self._robot = robot
         self._state = state
-        tree = posed(robot.description, state)
-        structure = build_structure(robot, tree, elasticity)
+        posed = pose_tree(robot.description, state)
+        structure = build_structure(robot, posed, elasticity)
         self._solved = equilibrium(structure)
         self._pose, self._twists = structure.twists(self.frame)
         unit = self._pose.displacements(self._twists).T
@@ -282,7 +282,7 @@ def link_displacements(solved: Equilibrium, deformations: Array) -> dict[str, Ar
     structure = solved.structure
     full = np.concatenate([solved.joint_displacements(deformations), deformations])
     moved: dict[str, Array] = {}
-    for link in structure.tree.description.links:
+    for link in structure.posed.description.links:
         pose, twists = structure.twists_of_link(link)
         moved[link] = pose.displacements(twists @ full[:, None])[:, 0]
     return moved

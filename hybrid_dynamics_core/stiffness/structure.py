@@ -1,7 +1,7 @@
 """The elastic structure of a posed robot: springs of unit stiffness, and equations between them.
 
 Coordinates are q = [s; e]: joint coordinates s, and deformations e. Each spring is scaled, so that
-its energy is e^2 / 2. A rigid place has no spring, or a deformation of no size. So the equations
+its energy is e^2 / 2. A rigid element has no spring, or one whose e has no effect. So the equations
 stay finite at the rigid limit:
 
     A_s s + A_e e = 0,  energy |e|^2 / 2.
@@ -31,14 +31,14 @@ class Structure:
     """Springs, equations and places of a posed robot.
 
     Attributes:
-        tree: the posed tree.
+        posed: the tree of the robot at the state.
         springs: name of the element of each deformation.
         A_s: (m, n_s) equations over joint coordinates.
         A_e: (m, n_e) equations over deformations.
         places: (6, n_s + n_e) twist about the base origin of each place, by body and key.
     """
 
-    tree: PosedTree
+    posed: PosedTree
     springs: tuple[str, ...]
     A_s: Array
     A_e: Array
@@ -47,7 +47,7 @@ class Structure:
     @property
     def length(self) -> float:
         """Length by which turns are compared with displacements [m]."""
-        return self.tree.length
+        return self.posed.length
 
     @property
     def size(self) -> int:
@@ -56,76 +56,74 @@ class Structure:
 
     def twists(self, frame: str) -> tuple[Pose, Array]:
         """Pose of a frame with base axes, and its twists (6, n_s + n_e) about the base origin."""
-        description = self.tree.description
+        description = self.posed.description
         if frame not in description.frames:
             return self.twists_of_link(frame)
         on = description.frames[frame]
-        body = self.tree.tree.body_index(on.link)
-        carrier = self.tree.pose(body)
+        body = self.posed.tree.body_index(on.link)
+        carrier = self.posed.pose(body)
         origin = carrier.point(on.translation)
         key: Key = ("frame", frame)
         return _in_base_axes(origin), self.places[body, key]
 
     def twists_of_link(self, link: str) -> tuple[Pose, Array]:
         """As `twists`, for the frame of a link."""
-        body = self.tree.tree.body_index(link)
-        pose = self.tree.pose(body)
+        body = self.posed.tree.body_index(link)
+        pose = self.posed.pose(body)
         return _in_base_axes(pose.origin), self.places[body, ROOT]
 
     def frame_rotation(self, frame: str) -> Array:
         """Rotation (3, 3) of a frame in the base frame."""
-        description = self.tree.description
-        link = frame
-        if frame in description.frames:
-            link = description.frames[frame].link
-        body = self.tree.tree.body_index(link)
-        rotation = self.tree.pose(body).rotation
-        if frame in description.frames:
-            rotation = rotation @ description.frames[frame].rotation
-        return rotation
+        frames = self.posed.description.frames
+        if frame not in frames:
+            body = self.posed.tree.body_index(frame)
+            return self.posed.pose(body).rotation
+        on = frames[frame]
+        body = self.posed.tree.body_index(on.link)
+        return self.posed.pose(body).rotation @ on.rotation
 
 
 def _in_base_axes(origin: Array) -> Pose:
     return Pose(np.eye(3), origin)
 
 
-def build_structure(robot: ElasticRobot, tree: PosedTree, elasticity: Elasticity) -> Structure:
+def build_structure(robot: ElasticRobot, posed: PosedTree, elasticity: Elasticity) -> Structure:
     """The elastic structure of a robot at a state.
 
     Args:
         robot: the robot.
-        tree: its tree at the state.
+        posed: its tree at the state.
         elasticity: what of it is elastic.
 
     Raises:
         InputError: an element cannot be what is said of it.
     """
-    joints = virtual_joints(tree, elasticity)
-    places = places_of(tree, joints)
-    equations = equations_of(robot, tree, elasticity, places)
-    sprung = [equation for equation in equations if equation.deformation > 0.0]
+    joints = virtual_joints(posed, elasticity)
+    places = places_of(posed, joints)
+    equations = equations_of(robot, posed, elasticity, places)
+    elastic = [equation for equation in equations if equation.deformation > 0.0]
     names = [joint.name for joint in joints.deformations]
-    names += [equation.name for equation in sprung]
-    size = len(tree.tree.coordinates)
+    names += [equation.name for equation in elastic]
+    size = len(posed.tree.coordinates)
     width = size + len(joints.deformations)
     rows = np.zeros((len(equations), width))
     for k, equation in enumerate(equations):
         rows[k] = equation.row
     of_joints = rows[:, size:]
-    of_springs = _deformation_columns(equations, sprung)
+    of_springs = _deformation_columns(equations, elastic)
     return Structure(
-        tree=tree,
+        posed=posed,
         springs=tuple(names),
         A_s=rows[:, :size],
         A_e=np.hstack([of_joints, of_springs]),
-        places=_widened(places, len(sprung)),
+        places=_widened(places, len(elastic)),
     )
 
 
-def _deformation_columns(equations: list[Equation], sprung: list[Equation]) -> Array:
-    """Columns (m, k) of the equations that have a deformation of their own."""
-    columns = np.zeros((len(equations), len(sprung)))
-    for k, equation in enumerate(sprung):
+def _deformation_columns(equations: list[Equation], elastic: list[Equation]) -> Array:
+    """Columns (m, k) of the deformations of k elastic equations among m."""
+    columns = np.zeros((len(equations), len(elastic)))
+    for k, equation in enumerate(elastic):
         row = equations.index(equation)
         columns[row, k] = -equation.deformation
     return columns

@@ -48,11 +48,11 @@ class VirtualJoints:
         return list(range(first, len(self.deformations)))
 
 
-def virtual_joints(tree: PosedTree, elasticity: Elasticity) -> VirtualJoints:
+def virtual_joints(posed: PosedTree, elasticity: Elasticity) -> VirtualJoints:
     """The virtual joints of a robot at a state.
 
     Args:
-        tree: its tree at the state.
+        posed: its tree at the state.
         elasticity: what of it is elastic.
 
     Raises:
@@ -60,28 +60,28 @@ def virtual_joints(tree: PosedTree, elasticity: Elasticity) -> VirtualJoints:
     """
     joints = VirtualJoints()
     for name in elasticity.links:
-        _add_link(joints, tree, name, elasticity)
-    for body, link in enumerate(tree.tree.bodies):
+        _add_link(joints, posed, name, elasticity)
+    for body, link in enumerate(posed.tree.bodies):
         bearing = elasticity.pins.get(link.joint)
         if bearing is None:
             continue
         freedom = "z"
         if link.is_revolute:
             freedom = "Z"
-        local = joint_bearing(link.joint, freedom, bearing, tree.length)
-        twists = tree.joint_pose(body).twists(local)
+        local = joint_bearing(link.joint, freedom, bearing, posed.length)
+        twists = posed.joint_pose(body).twists(local)
         joints.of_joints[body] = joints.add(f"pins.{link.joint}", twists)
     return joints
 
 
-def _add_link(joints: VirtualJoints, tree: PosedTree, name: str, elasticity: Elasticity) -> None:
+def _add_link(joints: VirtualJoints, posed: PosedTree, name: str, elasticity: Elasticity) -> None:
     """Add the springs of an elastic link."""
     link = elasticity.link(name)
     if link is None:
         return
-    body = tree.tree.body_index(name)
-    flex = link_flex(tree.description, name, link)
-    pose = tree.pose(body)
+    body = posed.tree.body_index(name)
+    flex = link_flex(posed.description, name, link)
+    pose = posed.pose(body)
     indices: list[list[int]] = []
     for spring in flex.springs:
         at = Pose(pose.rotation, pose.point(spring.point))

@@ -178,7 +178,10 @@ def _time_column(path: Path, columns: Columns, robot: Robot) -> str:
 
 
 def _columns_of(path: Path, columns: Columns, robot: Robot, part: str) -> list[str] | None:
-    """The columns of a part, one for each active joint; None if all are missing."""
+    """The columns of a part, one for each active joint; None if all are missing.
+
+    If only some joints have efforts, columns of NaN are added for the others.
+    """
     for suffix in _SUFFIXES[part]:
         names = [f"{name}{suffix}" for name in robot.active]
         missing = [name for name in names if name not in columns]
@@ -223,7 +226,7 @@ def csv_columns(path: Path, number: Callable[[str], float] | None = None) -> Col
         number: the number in a cell; if None, every cell has one.
 
     Raises:
-        ValueError: a cell is no number, two names are the same, or no row has a cell for each.
+        ValueError: a cell is no number, two names are the same, or there are no such rows.
     """
     with path.open(encoding="utf-8-sig") as file:
         head = file.readline().split(",")

@@ -224,7 +224,7 @@ def _turn_of(joints: Joints, configuration: Configuration) -> complex:
 def _turn_to(
     configuration: Configuration, joint: PlanarJoint, turn: complex, guess: Sequence[float]
 ) -> None:
-    """Set a joint that turns its link by exp(i theta), given up to its size."""
+    """Set a joint so that it turns its link by theta; `turn` is a multiple of exp(i theta)."""
     size = abs(turn)
     k = joint.coordinate
     configuration.set_direction(

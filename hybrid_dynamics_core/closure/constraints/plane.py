@@ -75,6 +75,7 @@ def _joint_axis(tree: Tree, index: int, ancestor: int) -> _JointAxis:
 
 def _some_axis_across(normal: Array) -> Array:
     """A unit vector at right angles to the normal."""
+    # of a normal along an axis, always the same one of the two other axes
     if max(abs(normal)) < 1.0:
         flattest = int(np.argmin(np.abs(normal)))
         side = np.eye(3)[flattest]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from .calls import GUESS
 from .signatures import Names
-from .tracer import TracedCall
+from .tracer import TracedFunction
 
 _HEAD = """\
 /* {p}.h for C++17 and later. Functions of the namespace {p}_model take C arrays, std::array,
@@ -95,7 +95,7 @@ inline const char *status_text(int status) noexcept {{ return {p}_status_text(st
 """
 
 
-def cpp_text(names: Names, traced: Sequence[TracedCall]) -> str:
+def cpp_text(names: Names, traced: Sequence[TracedFunction]) -> str:
     """The text of ROBOT.hpp."""
     parts = [_HEAD.format(p=names.prefix)]
     parts += [_function(names, one) for one in traced]
@@ -103,7 +103,7 @@ def cpp_text(names: Names, traced: Sequence[TracedCall]) -> str:
     return "\n".join(parts)
 
 
-def _function(names: Names, traced: TracedCall) -> str:
+def _function(names: Names, traced: TracedFunction) -> str:
     arguments = [f"In<{names.count(name)}> {name}" for name in traced.inputs]
     arguments.append(f"Out<{len(names.coordinates)}> guess")
     arguments += [f"Out<{size}> {name}" for name, size in traced.results.items()]

@@ -12,7 +12,7 @@ from .emit import count_operations
 from .limit_notes import EFFORTS, RATES, TABLES, limits_not_exported
 from .names import comment
 from .signatures import Names, signature
-from .tracer import TracedCall
+from .tracer import TracedFunction
 
 STATUS = {  # by kind of outcome: name after the prefix, text
     OutcomeKind.CLOSED: ("OK", "done"),
@@ -50,7 +50,7 @@ _ARGUMENTS = """\
 
 
 def header_text(
-    robot: Robot, names: Names, traced: Sequence[TracedCall], start: Trace | None
+    robot: Robot, names: Names, traced: Sequence[TracedFunction], start: Trace | None
 ) -> str:
     """The text of ROBOT.h.
 
@@ -117,7 +117,7 @@ def _opening(robot: Robot, names: Names, follows: bool) -> str:
     )
 
 
-def _name_lists(names: Names, traced: TracedCall) -> str:
+def _name_lists(names: Names, traced: TracedFunction) -> str:
     """Numbers and names of what the results of a function belong to."""
     text = ""
     for kind, listed in traced.lists.items():

@@ -8,7 +8,7 @@ from ...robot.robot import Robot
 from .header import STATUS, limits_note
 from .names import comment, package_name
 from .signatures import Names, signature
-from .tracer import TracedCall
+from .tracer import TracedFunction
 
 _CMAKE = """\
 cmake_minimum_required(VERSION 3.8)
@@ -120,7 +120,7 @@ def package_text(names: Names) -> str:
     return _PACKAGE.format(robot=names.prefix, package=package_name(names.prefix))
 
 
-def readme_text(robot: Robot, names: Names, traced: Sequence[TracedCall], follows: bool) -> str:
+def readme_text(robot: Robot, names: Names, traced: Sequence[TracedFunction], follows: bool) -> str:
     """The text of README.md."""
     functions = ""
     for one in traced:

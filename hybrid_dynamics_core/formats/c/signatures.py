@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...programs import TARGET
 from .calls import FRICTION, GUESS
-from .tracer import PAYLOAD, TracedCall
+from .tracer import PAYLOAD, TracedFunction
 
 FIXED = {"gravity": 3, "payload": PAYLOAD, **TARGET}
 ALONG_S = (GUESS, "forces", *FRICTION)
@@ -50,7 +50,7 @@ class Names:
         return len(self.coordinates) if input_name in ALONG_S else self.n
 
 
-def signature(names: Names, traced: TracedCall) -> str:
+def signature(names: Names, traced: TracedFunction) -> str:
     """The declaration of a function, without a semicolon."""
     arguments = [f"const double {name}[{names.length(name)}]" for name in traced.inputs]
     arguments.append(f"double guess[{names.ns}]")

@@ -16,7 +16,7 @@ from .names import literal
 from .real import Precision
 from .shared import emit_shared
 from .signatures import Names, rows, signature
-from .tracer import TracedCall
+from .tracer import TracedFunction
 
 UNDETERMINED = "1e-10"  # share below which a pin's force would lose half its digits
 
@@ -63,7 +63,7 @@ static void copy(const double *from, double *to, int n)
 def source_text(
     robot: Robot,
     names: Names,
-    traced: Sequence[TracedCall],
+    traced: Sequence[TracedFunction],
     start: Trace | None,
     precision: Precision,
 ) -> str:
@@ -171,7 +171,7 @@ static int close_guess(const double *guess, double *start)
 """
 
 
-def _public(names: Names, traced: TracedCall, follows: bool) -> str:
+def _public(names: Names, traced: TracedFunction, follows: bool) -> str:
     """A public function: it checks, computes into an array of its own, and copies."""
     p, ns = names.prefix, names.ns
     size = traced.total
@@ -208,7 +208,7 @@ def _public(names: Names, traced: TracedCall, follows: bool) -> str:
     return f"{signature(names, traced)}\n{{\n{body}\n}}\n"
 
 
-def _copies(traced: TracedCall, ns: str) -> list[str]:
+def _copies(traced: TracedFunction, ns: str) -> list[str]:
     """Statements that hand out the results and the configuration."""
     lines = []
     first = 0
@@ -219,7 +219,7 @@ def _copies(traced: TracedCall, ns: str) -> list[str]:
     return lines
 
 
-def _finite(traced: TracedCall, ns: str) -> str:
+def _finite(traced: TracedFunction, ns: str) -> str:
     """The test that results are finite, but for those that may be NaN."""
     if not traced.call.open:
         return f"all_finite(out, {traced.total} + {ns})"
@@ -232,7 +232,7 @@ def _finite(traced: TracedCall, ns: str) -> str:
     return " && ".join(tests)
 
 
-def _undetermined(traced: TracedCall) -> list[str]:
+def _undetermined(traced: TracedFunction) -> list[str]:
     """Statements that set undetermined pins, and the joints of their loops, to NaN."""
     places: dict[str, int] = {}
     first = 0
@@ -252,7 +252,7 @@ def _undetermined(traced: TracedCall) -> list[str]:
     return lines
 
 
-def _name_lists(names: Names, traced: TracedCall) -> str:
+def _name_lists(names: Names, traced: TracedFunction) -> str:
     text = ""
     for kind, listed in traced.lists.items():
         size = f"{names.prefix}_N_{kind.upper()}S"

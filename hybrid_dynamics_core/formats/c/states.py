@@ -14,7 +14,7 @@ from ...programs import OutcomeKind
 from ...robot.robot import Robot
 from .answers import answers, random_arguments
 from .calls import GUESS
-from .tracer import TracedCall
+from .tracer import TracedFunction
 
 REACH = 0.03  # [rad or m] longest step of the walk; it is halved where states do not close
 REGULAR = 0.02  # least distance to a singularity
@@ -66,7 +66,7 @@ def random_states(
             return
 
 
-def vectors(robot: Robot, traced: Sequence[TracedCall], count: int) -> dict[str, list[Vector]]:
+def vectors(robot: Robot, traced: Sequence[TracedFunction], count: int) -> dict[str, list[Vector]]:
     """Arguments and results by name of the call, in random states, or at the reference."""
     rng = np.random.default_rng(0)
     states = list(random_states(robot, count, rng))
@@ -78,7 +78,7 @@ def vectors(robot: Robot, traced: Sequence[TracedCall], count: int) -> dict[str,
 
 def _vectors_of(
     robot: Robot,
-    traced: TracedCall,
+    traced: TracedFunction,
     states: Sequence[tuple[Array, ClosedState]],
     rng: np.random.Generator,
 ) -> list[Vector]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,6 +19,7 @@ from ...mechanism.tree import frame_offset
 from ...programs import Inputs, Program
 from ...programs.closure import closed_motion
 from ...programs.outcome import with_kinds
+from ...programs.warm_start import next_start
 from ...robot.model import RobotModel
 from ...robot.robot import Robot
 from .calls import FRICTION, GUESS, PINS, CFunction, Setting
@@ -27,7 +29,7 @@ PAYLOAD = 10  # m, centre of mass (3), Ixx, Ixy, Ixz, Iyy, Iyz, Izz about it, al
 
 
 @dataclass(frozen=True)
-class TracedCall:
+class TracedFunction:
     """A C function with its trace: `results` of the program, then the configuration s.
 
     Attributes:
@@ -94,7 +96,7 @@ class Tracer:
         self.size = len(model.coordinates)
 
     def _open_loads(self, loads: Loads) -> None:
-        """Extend the pattern by what arguments may bring."""
+        """Extend the pattern by a payload at the end effector and friction, as arguments."""
         body = self._model.tree.body_index(self._frame.link)
         if body < 0:
             name = self._robot_model.name
@@ -127,7 +129,7 @@ class Tracer:
         """Names of the joints, in the order of `reactions`."""
         return tuple(body.joint for body in self._model.tree.bodies)
 
-    def trace(self, call: CFunction) -> TracedCall:
+    def trace(self, call: CFunction) -> TracedFunction:
         """The trace of a call."""
         program, names = self._program(call), self._vectors(call)
 
@@ -137,7 +139,7 @@ class Tracer:
         sizes = [self._size(program, name) for name in names]
         return self._traced(call, self._checked(trace(run, sizes, call.name)), names)
 
-    def trace_together(self, calls: Sequence[CFunction]) -> list[TracedCall]:
+    def trace_together(self, calls: Sequence[CFunction]) -> list[TracedFunction]:
         """The traces of calls in one graph, with the inputs of all of them."""
         graph = Graph()
         sizes: dict[str, int] = {}
@@ -179,18 +181,20 @@ class Tracer:
         outputs["configuration"] = motion.configuration.q
         return Results(outputs, results.checks)
 
-    def _traced(self, call: CFunction, traced: Trace, vectors: tuple[str, ...]) -> TracedCall:
+    def _traced(self, call: CFunction, traced: Trace, vectors: tuple[str, ...]) -> TracedFunction:
         results: dict[str, int] = {}
+        # the layout ends with the configuration, which is no result
         for name, (_, shape) in zip(call.results.values(), traced.layout, strict=False):
-            if _count(shape):
-                results[name] = _count(shape)
+            count = math.prod(shape)
+            if count:
+                results[name] = count
         inputs = (*call.inputs, *self._loads(call))
         if PINS[0] not in call.results:
             listed = self._cylinders(call)
-            return TracedCall(call, inputs, traced, results, vectors, lists=listed)
+            return TracedFunction(call, inputs, traced, results, vectors, lists=listed)
         lists = {"pin": self.pins, "joint": self.joints}
         lists = {kind: listed for kind, listed in lists.items() if listed}
-        return TracedCall(call, inputs, traced, results, vectors, self._loops(), lists)
+        return TracedFunction(call, inputs, traced, results, vectors, self._loops(), lists)
 
     def _cylinders(self, call: CFunction) -> dict[str, tuple[str, ...]]:
         """The names of the cylinders, of the call on them."""
@@ -203,13 +207,8 @@ class Tracer:
 
         def run(guess: Scalars) -> Results:
             u = [guess[k] for k in self._model.plan.given]
-            motion, checks, _ = closed_motion(
-                self._model, Inputs(u=u, guess=guess, branch=self._constants["branch"])
-            )
-            start_map: list[Scalar] = []
-            for row in motion.velocity_map():
-                start_map += row
-            return Results({"start": motion.configuration.q, "start_map": start_map}, checks)
+            inputs = Inputs(u=u, guess=guess, branch=self._constants["branch"])
+            return next_start(self._model, inputs)
 
         return self._checked(trace(run, [self.size], "start"))
 
@@ -264,13 +263,6 @@ class Tracer:
             side_a, side_b, _ = self._model.tree.branches(pin.body_a, pin.body_b)
             loops.append([*side_a, *side_b])
         return loops
-
-
-def _count(shape: tuple[int, ...]) -> int:
-    count = 1
-    for length in shape:
-        count *= length
-    return count
 
 
 def _about_origin(payload: Scalars, rotation: Rotation, offset: Vector) -> list[Scalar]:

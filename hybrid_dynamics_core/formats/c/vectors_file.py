@@ -10,7 +10,7 @@ from .emit import constant
 from .real import Precision
 from .signatures import Names, rows
 from .states import Vector, vectors
-from .tracer import TracedCall
+from .tracer import TracedFunction
 
 COUNT = 10  # states of each function
 
@@ -38,7 +38,7 @@ static int differs(const double *got, const double *wanted, int n)
 
 
 def vectors_text(
-    robot: Robot, names: Names, traced: Sequence[TracedCall], precision: Precision
+    robot: Robot, names: Names, traced: Sequence[TracedFunction], precision: Precision
 ) -> str:
     """The text of test_vectors.c."""
     parts = [_HEAD.format(p=names.prefix, tolerance=precision.agreement)]
@@ -51,7 +51,7 @@ def vectors_text(
     return "\n".join(parts)
 
 
-def _tables(traced: TracedCall, listed: Sequence[Vector]) -> str:
+def _tables(traced: TracedFunction, listed: Sequence[Vector]) -> str:
     name = traced.call.name
     inputs = ["{" + _numbers(one.inputs.tolist()) + "}" for one in listed]
     outputs = ["{" + _numbers(one.outputs.tolist()) + "}" for one in listed]
@@ -70,7 +70,7 @@ def _numbers(values: Sequence[float]) -> str:
     return rows([constant(value) for value in values])
 
 
-def _check(names: Names, traced: TracedCall) -> str:
+def _check(names: Names, traced: TracedFunction) -> str:
     """A function that runs the vectors of a call, and says how it went."""
     call = traced.call
     arguments = []

@@ -18,7 +18,7 @@ from .real import PRECISIONS, REALS, Real, in_single_precision
 from .shared import LARGE
 from .signatures import Names
 from .source import source_text
-from .tracer import TracedCall, Tracer
+from .tracer import TracedFunction, Tracer
 from .vectors_file import vectors_text
 
 LOADS = ("description", "arguments")
@@ -104,7 +104,7 @@ def source_of(
 
 
 def _source(
-    robot: Robot, names: Names, tracer: Tracer, traced: Sequence[TracedCall]
+    robot: Robot, names: Names, tracer: Tracer, traced: Sequence[TracedFunction]
 ) -> dict[str, str]:
     """The texts of header and source."""
     start = tracer.trace_start() if tracer.follows else None
@@ -114,7 +114,7 @@ def _source(
     }
 
 
-def _traced(tracer: Tracer, calls: Sequence[CFunction]) -> list[TracedCall]:
+def _traced(tracer: Tracer, calls: Sequence[CFunction]) -> list[TracedFunction]:
     """The traces of calls; in one graph where they are long."""
     first = tracer.trace(calls[0])
     if len(calls) > 1 and len(first.trace.live) * len(calls) > LARGE:

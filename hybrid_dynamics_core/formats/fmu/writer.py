@@ -109,7 +109,7 @@ def _code(robot: Robot, program: str, version: str, loads: LoadsOf) -> dict[str,
 
 
 def _token(name: str, version: str, variables: list[Variable], texts: Mapping[str, str]) -> str:
-    """A mark of the unit: other variables or code, another mark."""
+    """The instantiation token, another one for other variables or code."""
     digest = hashlib.sha256(f"{name} {version} {variables}".encode())
     for text in texts.values():
         digest.update(text.encode())

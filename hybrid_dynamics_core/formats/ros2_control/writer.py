@@ -63,22 +63,23 @@ def to_ros2_control(
     machine = robot_of(robot)
     dynamics = _has_dynamics(machine, plugins)
     sides = sides_of(machine, joints)
-    drives = identifier(machine.name)
-    inner = drives if sides.same else f"{drives}_joints"
-    name = f"{drives.lower()}_ros2_control"
+    drives_prefix = identifier(machine.name)
+    joints_prefix = drives_prefix if sides.same else f"{drives_prefix}_joints"
+    name = f"{drives_prefix.lower()}_ros2_control"
     programs = ["close", "generalised_forces"]
     if dynamics:
         programs.append("inverse_dynamics")
     code = source_of(machine, programs)
     if not sides.same:
-        code |= source_of(sides.joints, programs, prefix=inner)
+        code |= source_of(sides.joints, programs, prefix=joints_prefix)
     sources = tuple(file for file in code if file.endswith(".c"))
-    package = Package(name, drives, sources, dynamics)
+    package = Package(name, drives_prefix, sources, dynamics)
     texts = _placed(code)
-    texts["include/PACKAGE/model.hpp"] = model_text(sides, name, drives, inner, dynamics)
-    texts |= _templates(package)
+    model = model_text(sides, name, drives_prefix, joints_prefix, dynamics)
+    texts["include/PACKAGE/model.hpp"] = model
+    texts |= _plugin_sources(package)
     texts["test/test_core.cpp"] = vectors_text(sides, name, dynamics)
-    texts |= _around(package, sides)
+    texts |= _package_files(package, sides)
     return {path.replace("PACKAGE", name): text for path, text in texts.items()}
 
 
@@ -110,7 +111,7 @@ def _placed(code: dict[str, str]) -> dict[str, str]:
     return texts
 
 
-def _templates(package: Package) -> dict[str, str]:
+def _plugin_sources(package: Package) -> dict[str, str]:
     """The C++ of the plugins."""
     places = {
         "core.hpp": "include/PACKAGE/core.hpp",
@@ -133,7 +134,7 @@ def _templates(package: Package) -> dict[str, str]:
     return texts
 
 
-def _around(package: Package, sides: Sides) -> dict[str, str]:
+def _package_files(package: Package, sides: Sides) -> dict[str, str]:
     """Build files, descriptions of plugins, and the example."""
     texts = {
         "CMakeLists.txt": cmake_text(package),

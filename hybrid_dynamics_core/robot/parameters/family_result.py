@@ -63,7 +63,7 @@ def result_of(
 
 
 def by_loop(result: FamilyResult, blocks: Sequence[str], loops: Sequence[str]) -> FamilyResult:
-    """The result with the distance of each loop in place of those of its blocks: the least.
+    """The result with distances of loops in place of blocks: the least of each loop's blocks.
 
     Args:
         result: the result, with one distance for each block.
@@ -78,17 +78,23 @@ def by_loop(result: FamilyResult, blocks: Sequence[str], loops: Sequence[str]) -
         nearest.append(members[least])
     if not nearest:
         return result
-    places = np.stack(nearest, axis=-1)
+    chosen = np.stack(nearest, axis=-1)
     parts = (result.values, result.by_parameters, result.by_u)
-    values, by_parameters, by_u = (_with_distances(part, places) for part in parts)
+    values, by_parameters, by_u = (_with_distances(part, chosen) for part in parts)
     return FamilyResult(values, by_parameters, by_u, result.status)
 
 
-def _with_distances(part: Mapping[str, Array], places: NDArray[np.int64]) -> Mapping[str, Array]:
+def _with_distances(part: Mapping[str, Array], blocks: NDArray[np.int64]) -> Mapping[str, Array]:
+    """The values or derivatives with distances of some blocks only.
+
+    Args:
+        part: values by name, or their derivatives, which have one axis more.
+        blocks: index of the chosen block by loop (loops,), or by row (N, loops).
+    """
     if DISTANCES not in part:
         return part
     distances = part[DISTANCES]
-    further = distances.ndim - places.ndim
-    indices = places.reshape(*places.shape, *[1] * further)
-    chosen = np.take_along_axis(distances, indices, axis=places.ndim - 1)
+    axes_after = distances.ndim - blocks.ndim
+    indices = blocks.reshape(*blocks.shape, *[1] * axes_after)
+    chosen = np.take_along_axis(distances, indices, axis=blocks.ndim - 1)
     return {**part, DISTANCES: chosen}

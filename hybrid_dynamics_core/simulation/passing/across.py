@@ -63,9 +63,9 @@ class AcrossPlace(Coordinates):
         return {names[k] for k in self._crossing.blocks}
 
     @property
-    def home(self) -> Robot:
+    def simulated(self) -> Robot:
         """The robot that is simulated."""
-        return self.base.home
+        return self.base.simulated
 
     def move_to(self, anchor: ClosedState) -> None:
         """Note the last state; the places stay as they are."""
@@ -191,7 +191,7 @@ class AcrossPlace(Coordinates):
     ) -> tuple[Array, float]:
         """u'' (n,) and power [W] at u, u' and efforts tau (n,), interpolated."""
         along = tau
-        if self.base.home is not self.base.robot:
+        if self.base.simulated is not self.base.robot:
             along = self.base.efforts(self.near(u, du), tau)
         (shares,) = self._weights(u[None])
         ddu, power = np.zeros_like(u), 0.0
@@ -214,19 +214,19 @@ class AcrossPlace(Coordinates):
         """Values of all coordinates (..., n_s), in the order of the simulated robot."""
         return self.base.ordered(values)
 
-    def at_home(self, state: ClosedState) -> ClosedState:
+    def simulated_state(self, state: ClosedState) -> ClosedState:
         """A state of these coordinates, or a batch, in the active ones of the simulated robot."""
-        if self.base.home is not self.base.robot:
-            return self.base.at_home(state)
+        if self.base.simulated is not self.base.robot:
+            return self.base.simulated_state(state)
         if state.u.ndim == 1:
-            return self.at_home(ClosedState.joined([state])).rows(0)
+            return self.simulated_state(ClosedState.joined([state])).rows(0)
         is_beyond = self.x_of(state.u) > 0.0
         signs = np.where(
             is_beyond[:, None],
             self._crossing.beyond,
             self._crossing.before,
         )
-        return self.home.singular_places.states_beside(state, signs)
+        return self.simulated.singular_places.states_beside(state, signs)
 
     def passed(self, step: Step) -> list[tuple[float, Passed]]:
         """The change point, if it is passed in a step, with its time [s]."""
@@ -253,7 +253,7 @@ class AcrossPlace(Coordinates):
         is_ahead: bool,
     ) -> Passed:
         """The passage at a state."""
-        places = self.home.singular_places
+        places = self.simulated.singular_places
         ends = [places.signs_at(self.ordered(s)) for s in self._crossing.places.s[[0, -1]]]
         if not is_ahead:
             ends.reverse()
@@ -307,7 +307,7 @@ class AcrossPlace(Coordinates):
         )
         active = self.ordered(accelerations)[:, :n]
         return Recorded(
-            self.at_home(state),
+            self.simulated_state(state),
             active,
             Energy(*energies),
         )

@@ -98,10 +98,10 @@ class CoordinateChoice:
         state: ClosedState,
     ) -> Coordinates | None:
         """The coordinates of the robot, where they are regular again."""
-        home = other.at_home(state)
-        if home.status is not ClosureStatus.OK or home.singularity < LEAVE:
+        simulated = other.simulated_state(state)
+        if simulated.status is not ClosureStatus.OK or simulated.singularity < LEAVE:
             return None
-        closed = self._robot.singular_places.state_of(home.s, home.ds)
+        closed = self._robot.singular_places.state_of(simulated.s, simulated.ds)
         return Coordinates(self._robot, closed, self._loads)
 
     def _other(self, state: ClosedState) -> Coordinates | None:

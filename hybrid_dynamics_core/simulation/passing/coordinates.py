@@ -50,7 +50,7 @@ class Coordinates:
         self.move_to(anchor)
 
     @property
-    def home(self) -> Robot:
+    def simulated(self) -> Robot:
         """The robot that is simulated."""
         return self.robot
 
@@ -79,7 +79,7 @@ class Coordinates:
         """Efforts along these coordinates, from those of the simulated robot; (n,) or (N, n)."""
         return tau
 
-    def at_home(self, state: ClosedState) -> ClosedState:
+    def simulated_state(self, state: ClosedState) -> ClosedState:
         """A state of these coordinates, or a batch, in the active ones of the simulated robot."""
         return state
 

@@ -26,7 +26,7 @@ class OtherCoordinates(Coordinates):
     """Other independent coordinates of a robot.
 
     Args:
-        home: the robot that is simulated.
+        simulated: the robot that is simulated.
         robot: the same mechanism with other active coordinates.
         anchor: closed state of that one to follow from.
         loads: loads besides the actuators; those of the description if None.
@@ -34,29 +34,29 @@ class OtherCoordinates(Coordinates):
 
     def __init__(
         self,
-        home: Robot,
+        simulated: Robot,
         robot: Robot,
         anchor: ClosedState,
         loads: Loads | None,
     ) -> None:
-        acting = home.loads if loads is None else loads
+        acting = simulated.loads if loads is None else loads
         super().__init__(
             robot,
             anchor,
             _reordered(
                 acting,
-                home,
+                simulated,
                 robot,
             ),
         )
-        self._home = home
-        self._order = [robot.coordinates.index(name) for name in home.coordinates]
-        self._active = self._order[: len(home.active)]
+        self._simulated = simulated
+        self._order = [robot.coordinates.index(name) for name in simulated.coordinates]
+        self._active = self._order[: len(simulated.active)]
 
     @property
-    def home(self) -> Robot:
+    def simulated(self) -> Robot:
         """The robot that is simulated."""
-        return self._home
+        return self._simulated
 
     def motion(
         self,
@@ -92,17 +92,17 @@ class OtherCoordinates(Coordinates):
         )
         return along
 
-    def at_home(self, state: ClosedState) -> ClosedState:
+    def simulated_state(self, state: ClosedState) -> ClosedState:
         """A state of these coordinates, or a batch, in the active ones of the simulated robot."""
         if state.u.ndim == 1:
-            return self._batch_at_home(ClosedState.joined([state])).rows(0)
-        return self._batch_at_home(state)
+            return self._simulated_batch(ClosedState.joined([state])).rows(0)
+        return self._simulated_batch(state)
 
-    def _batch_at_home(self, state: ClosedState) -> ClosedState:
-        places = self._home.singular_places
+    def _simulated_batch(self, state: ClosedState) -> ClosedState:
+        places = self._simulated.singular_places
         s, ds = state.s[:, self._order], state.ds[:, self._order]
         n = len(self._active)
-        velocity_map, bias = self._maps_at_home(state)
+        velocity_map, bias = self._simulated_maps(state)
         signs = np.array([places.signs_at(row) for row in s])
         closed = replace(
             state,
@@ -116,7 +116,7 @@ class OtherCoordinates(Coordinates):
         )
         return places.states_beside(closed, signs)
 
-    def _maps_at_home(self, state: ClosedState) -> tuple[Array, Array]:
+    def _simulated_maps(self, state: ClosedState) -> tuple[Array, Array]:
         """R (N, n_s, n) and R' u' (N, n_s) of the simulated robot; NaN where u' says nothing."""
         maps = state.R[:, self._order]
         active = state.R[:, self._active]
@@ -178,7 +178,7 @@ class OtherCoordinates(Coordinates):
     ) -> Passed:
         """The passage at a time in a step."""
         state = step.at(time)
-        places = self._home.singular_places
+        places = self._simulated.singular_places
         rows = step.states.s[[0, -1]][:, self._order]
         before, after = places.signs_at(rows[0]), places.signs_at(rows[1])
         s = state.s[self._order]
@@ -215,7 +215,7 @@ class OtherCoordinates(Coordinates):
         )
         energy = self.robot.energy(state, self.loads)
         return Recorded(
-            self.at_home(state),
+            self.simulated_state(state),
             accelerations[:, self._active],
             energy,
         )
@@ -223,11 +223,11 @@ class OtherCoordinates(Coordinates):
 
 def _reordered(
     loads: Loads,
-    home: Robot,
+    simulated: Robot,
     robot: Robot,
 ) -> Loads:
     """Loads of a robot, along the same joints of another one."""
-    order = [home.coordinates.index(name) for name in robot.coordinates]
+    order = [simulated.coordinates.index(name) for name in robot.coordinates]
     effects = asdict(loads.effects)
     along = {name: values[order] for name, values in effects.items()}
     return replace(loads, effects=JointEffects(**along))
