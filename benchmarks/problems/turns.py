@@ -104,7 +104,7 @@ def _serve(pipe: Connection, side: str, name: str) -> None:
         setting = pipe.recv()
         try:
             pipe.send(run(setting))
-        except Exception as error:  # noqa: BLE001  of any engine; it is told
+        except Exception as error:  # noqa: BLE001  of any engine; it is reported
             pipe.send(f"failed: {error}")
 
 

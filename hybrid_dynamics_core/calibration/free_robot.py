@@ -20,7 +20,7 @@ from .adjustable import AdjustableRobot, FreeParameter
 from .closed_rows import RANK, ClosedRows, Geometry
 from .loop_choices import PROBE, LoopChoices, with_general_bars
 
-INDEPENDENT = 1e-3  # part of a coordinate's row that others may not give
+INDEPENDENT = 1e-3  # share of a coordinate's motion that others do not give: less, and it depends
 
 
 class FreeRobot:
@@ -122,7 +122,7 @@ class FreeRobot:
     # -- coordinates
 
     def given_among(self, names: Sequence[str]) -> tuple[str, ...]:
-        """The coordinates, of some, from which the loops are closed: the active ones if possible.
+        """Coordinates among some from which the loops are closed: the active ones if possible.
 
         Raises:
             InputError: the names do not determine the configuration.

@@ -24,10 +24,10 @@ from .sensors import Kind, Sensor
 TURN = 1.01 * math.tau  # [rad] angles that sensors give are within a turn
 FASTEST = 40.0  # [rad/s] that a gyro shows
 LEAST_GRAVITY, MOST_GRAVITY = 0.5, 2.0  # of gravity, between which a specific force is at first
-IN_G = (0.5 / 9.81, 2.0 / 9.81)
+IN_G = (0.5 / 9.81, 2.0 / 9.81)  # the same for readings in multiples of standard gravity
 OUTSIDE = 0.25  # share of a range by which a reading may be outside of it
-BREAK = 1.0  # [s] without readings that is told
-LONG = 20.0  # median intervals without readings that are told
+BREAK = 1.0  # [s] without readings that is reported
+LONG = 20.0  # median intervals without readings that are reported
 
 Columns = Mapping[str, tuple[Array, Array]]  # stamps (N,) [s] and readings (N, k) by sensor
 
@@ -139,11 +139,12 @@ def check_stuck(
             is_stuck = any(name != sensor.name for name in noisy)
         else:
             column = values[:, 0]
-            kin = [other for other in sensors if other.kind is sensor.kind and other is not sensor]
+            alike = [other for other in sensors if other.kind is sensor.kind]
+            others = [other for other in alike if other is not sensor]
             is_stuck = not is_coarse(column, start, end) and (
                 is_abrupt(column, start, end)
                 or _noisy_outside(column, start, end)
-                or _any_noisy_within(kin, columns, stamps[start], stamps[end])
+                or _any_noisy_within(others, columns, stamps[start], stamps[end])
             )
         if is_stuck:
             raise SensorError(
@@ -170,7 +171,7 @@ def _any_noisy_within(
 
 
 def _as_one(values: Array) -> Array:
-    """Numbers (N,) that change whenever a row of (N, k) does."""
+    """Numbers (N,) that change from row to row exactly where a row of (N, k) does."""
     changes = np.abs(np.diff(values, axis=0)).sum(axis=1)
     return np.concatenate([[0.0], np.cumsum(changes != 0.0)])
 

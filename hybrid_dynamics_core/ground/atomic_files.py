@@ -11,10 +11,10 @@ from pathlib import Path
 
 @contextmanager
 def atomic_file(path: Path, *, is_durable: bool = False) -> Iterator[Path]:
-    """A new file beside another one, which takes its place at the end of the block.
+    """Write a new file that replaces another one at the end of the block.
 
     If the block raises, nothing is left of the new file, and the other one stays as it was. Any
-    number of threads, processes and machines may write the same file at once.
+    number of threads, processes and machines may replace the same file at once.
 
     Args:
         path: the file that is written or replaced.

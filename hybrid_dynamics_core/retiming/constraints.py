@@ -74,19 +74,9 @@ class Constraints:
             InputError: a loop does not close.
         """
         u = self.curve.at(s)
-        du = (
-            self.curve.at(
-                s,
-                1,
-            )
-            * np.sqrt(x)[:, None]
-        )
-        state = self.robot.close(
-            u,
-            du,
-            check=False,
-            near=self.near,
-        )
+        slope = self.curve.at(s, 1)
+        du = slope * np.sqrt(x)[:, None]
+        state = self.robot.close(u, du, check=False, near=self.near)
         bad = np.flatnonzero(np.atleast_1d(state.status) != ClosureStatus.OK)
         if bad.size:
             place = self.curve.between(float(s[bad[0]]))
@@ -110,16 +100,8 @@ class Constraints:
             dds: s'' (M,).
         """
         state = self.state(s, x)
-        slope, curvature = (
-            self.curve.at(
-                s,
-                1,
-            ),
-            self.curve.at(
-                s,
-                2,
-            ),
-        )
+        slope = self.curve.at(s, 1)
+        curvature = self.curve.at(s, 2)
         ddu = slope * dds[:, None] + curvature * x[:, None]
         tau = self.robot.inverse_dynamics(state, ddu, self.loads)
         forces = self.limits.forces(state, tau)
@@ -161,11 +143,11 @@ class Constraints:
         if not len(low):
             return low
         columns = np.array(places)[which]
-        lines = np.arange(len(low))
+        rows = np.arange(len(low))
         before = rates[index, which] > 0.0
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            same = (self._rates(middle)[lines, columns] > 0.0) == before
+            same = (self._rates(middle)[rows, columns] > 0.0) == before
             low = np.where(same, middle, low)
             high = np.where(same, high, middle)
         return 0.5 * (low + high)
@@ -193,24 +175,20 @@ class Constraints:
 
     def rows(self, s: Array, x: Array) -> Rows:
         """Rows (N, k) that touch the constraints at squares x (N,) of s'."""
-        still = np.zeros(len(s))
+        zero = np.zeros(len(s))
         step = _NEAR * x
-        here = self.residuals(s, x, still)
-        pushed = self.residuals(s, x, still + 1.0)
-        ahead = self.residuals(s, x + step, still)
-        behind = self.residuals(s, x - step, still)
-        active = np.isfinite(here) & np.isfinite(ahead) & np.isfinite(behind)
-        here = np.where(active, here, -1.0)
-        pushed = np.where(active, pushed, -1.0)
-        ahead = np.where(active, ahead, 0.0)
-        behind = np.where(active, behind, 0.0)
-        rise = ahead - behind
+        here = self.residuals(s, x, zero)
+        at_unit_dds = self.residuals(s, x, zero + 1.0)
+        above = self.residuals(s, x + step, zero)
+        below = self.residuals(s, x - step, zero)
+        # what has no limit becomes the row -1 <= 0
+        has_limit = np.isfinite(here) & np.isfinite(above) & np.isfinite(below)
+        here = np.where(has_limit, here, -1.0)
+        a = np.where(has_limit, at_unit_dds - here, 0.0)
+        rise = np.where(has_limit, above - below, 0.0)
         b = rise / (2.0 * step[:, None])
-        return Rows(
-            pushed - here,
-            b,
-            here - b * x[:, None],
-        )
+        c = here - b * x[:, None]
+        return Rows(a, b, c)
 
     def name_of(self, k: int) -> str:
         """The drive or joint of a residual."""
@@ -223,13 +201,8 @@ class Constraints:
 
 def _sizes(lower: Array, upper: Array) -> Array:
     """Sizes (M, m) of ranges of forces; one where nothing limits."""
-    ends = np.maximum(
-        np.abs(lower),
-        np.abs(upper),
-    )
+    ends = np.maximum(np.abs(lower), np.abs(upper))
     ends = np.where(np.isfinite(ends), ends, 0.0)
     largest = ends.max(axis=0, initial=0.0)
-    return np.broadcast_to(
-        np.where(largest > 0.0, largest, 1.0),
-        lower.shape,
-    )
+    sizes = np.where(largest > 0.0, largest, 1.0)
+    return np.broadcast_to(sizes, lower.shape)

@@ -44,6 +44,7 @@ def link_parts(
     fixed = distinct(attached.fixed, size)
     everything = distinct(attached.fixed + attached.ends, size)
     reached = distinct([*everything, *inside], size)
+    # all points are inside cylinders: these are the body
     if cylinders and len(reached) == len(distinct(inside, size)):
         return cylinders
     shapes = body_shapes(fixed, everything, joint_radius)
@@ -142,7 +143,7 @@ def slide_parts(joint: PlacedJoint, joint_radius: float) -> list[Part]:
     """A prismatic joint that is no cylinder: a block on a rail."""
     owner = f"joint:{joint.name}"
     beyond = np.outer([-3.0 * joint_radius, 3.0 * joint_radius], joint.axis)
-    along = Part(
+    rail_part = Part(
         owner=owner,
         role="rail",
         points=rail(joint) + beyond,
@@ -158,4 +159,4 @@ def slide_parts(joint: PlacedJoint, joint_radius: float) -> list[Part]:
         axis=joint.axis,
         links=(joint.child,),
     )
-    return [along, block]
+    return [rail_part, block]

@@ -202,9 +202,9 @@ class Follower:
         margins = [sample.margins[bound] for sample in samples]
         k = int(np.argmin(margins))
         worst = samples[k]
-        triple = samples[k - 1 : k + 2]  # none at the first, fewer at the last
-        if len(triple) < 3:
+        if not 0 < k < len(samples) - 1:
             return worst
+        triple = samples[k - 1 : k + 2]
         of_bound = [one._replace(margins=one.margins[[bound]]) for one in triple]
         for moment in _lowest(of_bound):
             sample = self.sample(moment, triple[0].state)

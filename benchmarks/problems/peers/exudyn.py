@@ -47,7 +47,7 @@ class Engine:
         integration.numberOfSteps = problem.samples * self.inner
         integration.endTime = problem.end
         integration.verboseMode = 0
-        integration.adaptiveStep = False  # a step that fails is told, not divided without end
+        integration.adaptiveStep = False  # a step that fails is reported, not divided without end
         integration.newton.relativeTolerance = 1e-9
         if self.model.closures and not self.model.is_planar:
             integration.newton.relativeTolerance = 1e-6  # as in its own Bricard

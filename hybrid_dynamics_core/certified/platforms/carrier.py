@@ -79,7 +79,7 @@ class Carrier:
         nearest, least, margin = base, np.inf, -1.0
         for branch in turning.signs:
             trial = base.copy()
-            margin = float(turning.solve(trial, branch, guess))
+            margin = float(turning.solve(trial, branch, guess))  # the same for both
             moves = [abs(float(trial.q[k]) - guess[k]) for k in self.ball.coordinates]
             if max(moves) < least:
                 nearest, least = trial, max(moves)
@@ -112,8 +112,8 @@ class Carrier:
         """
         state = self.ball.before.at(configuration.with_zeros(self.slides))
         axes = {joint.body.coordinate: joint.axis for joint in state.joints}
-        rows = [axes[k] for k in self.slides]
-        directions = np.array(rows, dtype=float).T
+        columns = [axes[k] for k in self.slides]
+        directions = np.array(columns, dtype=float).T
         gap = centre - np.array(state.end, dtype=float)
         strokes = np.linalg.pinv(directions) @ gap
         for k, stroke in zip(
@@ -125,10 +125,7 @@ class Carrier:
         return abs(float(np.linalg.det(directions)))
 
 
-def carrier_of(
-    chain: Chain,
-    unknown: frozenset[int],
-) -> Carrier | None:
+def carrier_of(chain: Chain, unknown: frozenset[int]) -> Carrier | None:
     """A chain as a carrier; None if it is none."""
     ball = find_ball(chain, unknown)
     if ball is None:
@@ -143,11 +140,8 @@ def carrier_of(
     pivot = find_pivot(before, moving)
     if pivot is not None and len(moving) == 2:
         return Carrier(chain, ball, pivot=pivot)
-    hinge = hinge_leg(
-        before,
-        Chain(chain.bodies, ball.centre),
-        unknown,
-    )
+    to_centre = Chain(chain.bodies, ball.centre)
+    hinge = hinge_leg(before, to_centre, unknown)
     if hinge is not None:
         return Carrier(chain, ball, hinge=hinge)
     return None

@@ -27,8 +27,8 @@ from ...ground.suggestions import no_such_name
 from ..closure import Closure
 from ..model import RobotModel
 
-DEPTH = 12
-DEEPEST = 30
+DEPTH = 12  # how often a cell is halved by default
+DEEPEST = 30  # the largest depth that a caller may ask for
 
 
 class Certification:
@@ -84,6 +84,7 @@ class Certification:
         boxes = closed_boxes(graph, cells)
         if not boxes.holds[0]:
             return self._nothing("the test of Krawczyk fails: singular, open or too wide a box")
+        # of all coordinates, from the active ones and the unknowns
         s_lower = self._all(lower, boxes.lower[0])
         s_upper = self._all(upper, boxes.upper[0])
         radii = alone_within(graph, cells, boxes)
@@ -92,14 +93,15 @@ class Certification:
         efforts = self._program(state)
         tau = efforts.at(rows, state.du, accelerations)
         reason = "Krawczyk's operator maps a box about the state into itself"
-        bounds = (
-            s_lower,
-            s_upper,
-            alone,
-            tau.lower[0],
-            tau.upper[0],
+        return Certificate(
+            holds=True,
+            reason=reason,
+            s_lower=frozen(s_lower),
+            s_upper=frozen(s_upper),
+            alone=frozen(alone),
+            tau_lower=frozen(tau.lower[0]),
+            tau_upper=frozen(tau.upper[0]),
         )
-        return Certificate(True, reason, *map(frozen, bounds))
 
     def certify_cells(
         self,
@@ -143,11 +145,11 @@ class Certification:
         lowest, highest = _tightest(places, boxes, verdicts)
         closed = (kinds == CellKind.CLOSED)[:, None]
         return CertifiedCells(
-            frozen(cells.lower),
-            frozen(cells.upper),
-            kinds,
-            frozen(np.where(closed, lowest, np.nan)),
-            frozen(np.where(closed, highest, np.nan)),
+            lower=frozen(cells.lower),
+            upper=frozen(cells.upper),
+            kind=kinds,
+            position_lower=frozen(np.where(closed, lowest, np.nan)),
+            position_upper=frozen(np.where(closed, highest, np.nan)),
         )
 
     def _check_one_closed(self, state: ClosedState) -> None:
@@ -221,11 +223,18 @@ class Certification:
         return values
 
     def _nothing(self, reason: str) -> Certificate:
-        n = len(self._model.active)
-        size = len(self._model.coordinates)
-        of_all = frozen(np.full(size, np.nan))
-        of_active = frozen(np.full(n, np.nan))
-        return Certificate(False, reason, of_all, of_all, of_all, of_active, of_active)
+        """The certificate if nothing was proved."""
+        of_all = frozen(np.full(len(self._model.coordinates), np.nan))
+        of_active = frozen(np.full(len(self._model.active), np.nan))
+        return Certificate(
+            holds=False,
+            reason=reason,
+            s_lower=of_all,
+            s_upper=of_all,
+            alone=of_all,
+            tau_lower=of_active,
+            tau_upper=of_active,
+        )
 
     def _graph(self, state: ClosedState) -> LoopGraph:
         model = self._model.program_model
