@@ -43,8 +43,8 @@ def close_numerically(
         unknowns: the coordinates that may change.
 
     Returns:
-        All coordinates (n_s,) at the smallest largest gap, and the largest gap of each loop there,
-        by name.
+        All coordinates (n_s,) where the largest gap was least, and the largest gap of each loop
+        there, by name.
 
     Raises:
         ZeroDivisionError: the equations are undefined wherever the search went.

@@ -40,7 +40,8 @@ class Charts:
         self._run = run
         self._states = states
         self._blocks = len(model.plan.blocks)
-        passive = [turns[1] >= len(model.active) for turns in model.tree.turns]
+        # active coordinates come first
+        passive = [middle >= len(model.active) for _, middle, _ in model.tree.turns]
         self._passive = tuple(passive)
         self.change_in_loops = any(passive)
 
