@@ -122,16 +122,16 @@ class _Reader:
         places = tuple(self.table.row(k) for k in range(self.count))
         unused = self.unused()
         return DutyCycle(
-            names,
-            values,
-            rates,
-            accelerations,
-            payload,
-            wrench,
-            time,
-            weights,
-            places,
-            unused,
+            names=names,
+            values=values,
+            rates=rates,
+            accelerations=accelerations,
+            payload=payload,
+            wrench=wrench,
+            time=time,
+            weights=weights,
+            places=places,
+            unused=unused,
         )
 
     def unused(self) -> tuple[str, ...]:

@@ -85,7 +85,7 @@ class Conversion:
         self._next = 0  # index of the next interval
         self._time: list[float] = []
         self._values: list[FloatArray] = []
-        self._scale: FloatArray | None = None
+        self._surveyed: FloatArray | None = None  # (n,) largest efforts at some of the points
         self._problem: Rejection | None = None
         self._bad = -1, np.nan
         self.nearest = 1.0
@@ -111,8 +111,8 @@ class Conversion:
         """Continue the conversion, for about `budget` [s] if given."""
         end = monotonic() + budget
         follower = Follower(robot, self._motion, settings)
-        if self._scale is None:
-            self._scale = follower.survey(self._near)
+        if self._surveyed is None:
+            self._surveyed = follower.survey(self._near)
         last = self._last(follower)
         while not self.is_done:
             last = self._convert_interval(follower, last)
@@ -128,15 +128,15 @@ class Conversion:
         position, velocity, acceleration, efforts = values.swapaxes(0, 1)
         number, moment = self._bad
         return ConvertedTrajectory(
-            np.array(self._time),
-            position,
-            velocity,
-            acceleration,
-            efforts,
-            self.nearest,
-            self._problem,
-            number,
-            moment,
+            time=np.array(self._time),
+            position=position,
+            velocity=velocity,
+            acceleration=acceleration,
+            efforts=efforts,
+            nearest=self.nearest,
+            problem=self._problem,
+            bad_point=number,
+            bad_time=moment,
         )
 
     def _last(self, follower: Follower) -> Sample:
@@ -194,8 +194,8 @@ class Conversion:
     def _tolerance(self, follower: Follower) -> FloatArray:
         """Tolerance (n,) of efforts of the active joints [N m or N]; infinite if not set."""
         sizes = [np.abs(values[3]) for values in self._values]
-        if self._scale is not None:
-            sizes.append(self._scale)
+        if self._surveyed is not None:
+            sizes.append(self._surveyed)
         largest: FloatArray = np.max(sizes, axis=0)
         least = max(_LEAST_SHARE * float(largest.max(initial=0.0)), _LEAST_EFFORT)
         return follower.allowed(np.maximum(largest, least))

@@ -125,12 +125,19 @@ class Monitor:
         return texts
 
     def _traffic(self, counts: Counts, settings: NodeSettings) -> list[StatusEntry]:
-        now, total = time.monotonic(), counts.rejected.total()
-        received, rejected = counts.received - self._received, total - self._rejected
+        now = time.monotonic()
+        all_rejected = counts.rejected.total()
+        # since the last report
+        received = counts.received - self._received
+        rejected = all_rejected - self._rejected
+        lost = self.lost - self._reported_lost
+        skipped = self.skipped - self._reported_skipped
         rate = received / max(now - self._reported, 1e-3)
-        self._received, self._rejected, self._reported = counts.received, total, now
-        lost, self._reported_lost = self.lost - self._reported_lost, self.lost
-        skipped, self._reported_skipped = self.skipped - self._reported_skipped, self.skipped
+        self._reported = now
+        self._received = counts.received
+        self._rejected = all_rejected
+        self._reported_lost = self.lost
+        self._reported_skipped = self.skipped
         lossy = settings[INPUT_QOS] in (LATEST, SENSOR_DATA)  # these profiles may lose messages
         return [
             StatusEntry("rate [Hz]", f"{rate:.1f}", _warn_if(rate < settings[LEAST_RATE])),

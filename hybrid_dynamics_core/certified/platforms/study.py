@@ -43,39 +43,36 @@ class Legs(NamedTuple):
         return Legs(*moved)
 
 
-def _product_rows(v: NDArray[np.inexact]) -> tuple[NDArray[np.inexact], ...]:
+def _components(v: NDArray[np.inexact]) -> tuple[NDArray[np.inexact], ...]:
+    """Components x, y, z (...) of vectors (..., 3), and zeros (...)."""
     x, y, z = np.moveaxis(v, -1, 0)
     return x, y, z, 0.0 * x
 
 
 def _before(v: NDArray[np.inexact]) -> NDArray[np.inexact]:
     """Matrices (..., 4, 4) of q -> v q for vectors v (..., 3)."""
-    x, y, z, o = _product_rows(v)
+    x, y, z, o = _components(v)
     rows = [
         [o, -x, -y, -z],
         [x, o, -z, y],
         [y, z, o, -x],
         [z, -y, x, o],
     ]
-    return np.stack(
-        [np.stack(row, axis=-1) for row in rows],
-        axis=-2,
-    )
+    stacked = [np.stack(row, axis=-1) for row in rows]
+    return np.stack(stacked, axis=-2)
 
 
 def _after(v: NDArray[np.inexact]) -> NDArray[np.inexact]:
     """Matrices (..., 4, 4) of q -> q v for vectors v (..., 3)."""
-    x, y, z, o = _product_rows(v)
+    x, y, z, o = _components(v)
     rows = [
         [o, -x, -y, -z],
         [x, o, z, -y],
         [y, -z, o, x],
         [z, y, -x, o],
     ]
-    return np.stack(
-        [np.stack(row, axis=-1) for row in rows],
-        axis=-2,
-    )
+    stacked = [np.stack(row, axis=-1) for row in rows]
+    return np.stack(stacked, axis=-2)
 
 
 def quadrics(legs: Legs) -> NDArray[np.inexact]:
@@ -87,11 +84,7 @@ def quadrics(legs: Legs) -> NDArray[np.inexact]:
     result[:6, :4, :4] = turning(legs)
     result[:6, 4:, 4:] = 4.0 * np.eye(4)
     result[:6, 4:, :4] = moving
-    result[:6, :4, 4:] = np.swapaxes(
-        moving,
-        -1,
-        -2,
-    )
+    result[:6, :4, 4:] = np.swapaxes(moving, -1, -2)
     result[6, :4, 4:] = np.eye(4)
     result[6, 4:, :4] = np.eye(4)
     return result
@@ -116,6 +109,6 @@ def pose(x: Array) -> tuple[Array, Array]:
     skew = _before(vector)[1:, 1:]
     outer = np.outer(vector, vector)
     turn = (w * w - vector @ vector) * np.eye(3) + 2.0 * outer + 2.0 * w * skew
-    along = w * g[1:] - g[0] * vector
-    moved = along - np.cross(g[1:], vector)
-    return turn / size, 2.0 * moved / size
+    # the vector part of g conj(e)
+    product = w * g[1:] - g[0] * vector - np.cross(g[1:], vector)
+    return turn / size, 2.0 * product / size

@@ -81,7 +81,7 @@ class ArmLoop:
 
     @property
     def left(self) -> bool:
-        """On which side of the way from the first pivot to the second its bars meet."""
+        """Whether its bars meet on the left of the way from the first pivot to the second."""
         side = self.phrase.word("side", "left")
         if side not in _SIDES:
             raise InputError(f"{self.phrase.place}: side is '{side}'; expected left or right")
