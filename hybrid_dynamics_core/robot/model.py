@@ -170,8 +170,9 @@ class RobotModel:
         limits = [self.description.joints[name].limits for name in self.active]
         described = np.reshape(limits, (-1, 2))
         ranges = [described, self.closing_range, *self._ranges_from_followers()]
-        behind = [limited_range(self.tree, self.plan, k) for k in range(len(self.active))]
-        ranges.append(np.reshape(behind, (-1, 2)))
+        n = len(self.active)
+        from_passive_joints = [limited_range(self.tree, self.plan, k) for k in range(n)]
+        ranges.append(np.reshape(from_passive_joints, (-1, 2)))
         lower = np.max([one[:, 0] for one in ranges], axis=0)
         upper = np.min([one[:, 1] for one in ranges], axis=0)
         return frozen(np.stack([lower, upper], axis=1))
@@ -317,7 +318,7 @@ class RobotModel:
 
 
 def _movable_model(description: RobotDescription) -> RobotModel:
-    """The model of a description; bars drawn nearly equal are made equal where it cannot move else.
+    """The model of a description; if it cannot move, bars drawn nearly equal are made equal.
 
     A second rod beside a parallelogram holds it fast, unless opposite bars are equal.
     """

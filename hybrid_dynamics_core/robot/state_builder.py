@@ -148,7 +148,7 @@ class StateBuilder:
             values["R"][row] = velocity_map
             values["ds"][row] = velocity_map @ du[row]
             values["bias"][row] = np.nan
-            values["residuals"][row] = 0.0  # to the accuracy at which the place was taken for one
+            values["residuals"][row] = 0.0  # as exactly as the place was located
             values["distances"][row] = 0.0
             values["iterations"][row] = 0.0
         state = self.build(u, du, signs, values, codes)

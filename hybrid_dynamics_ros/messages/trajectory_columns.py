@@ -51,7 +51,7 @@ def columns_of(message: JointTrajectory) -> Columns:
         for k, name in enumerate(_FIELDS):
             values = getattr(point, name)
             lengths[k].append(len(values))
-            numbers[k] += values
+            numbers[k] += values  # the bytes of an array of doubles
     return Columns(
         header=message.header,
         names=list(message.joint_names),

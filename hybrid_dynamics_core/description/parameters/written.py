@@ -92,7 +92,7 @@ def carry(description: RobotDescription, written: Written | None) -> RobotDescri
     return description
 
 
-def noted(description: RobotDescription, note: str) -> None:
+def add_note(description: RobotDescription, note: str) -> None:
     """Add a note to a description that was just made."""
     object.__setattr__(description, "notes", (*description.notes, note))
 

@@ -6,11 +6,10 @@ from typing import Literal
 
 from ..rewrite import scheduled
 from ..trace import Trace
-from . import entry
+from . import entry, held_entry
 from .atan2 import atan2_function
 from .blocks import block_functions
 from .entry import Header, one_entry, path_entry, rows_entry
-from .held_entry import DECLARATIONS, held_entry
 from .rows import rows_function, wide_functions
 from .sincos import sincos_functions
 from .states import one_functions, path_function
@@ -30,7 +29,7 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
         widths.append(width)
         # One state is computed faster in the other order, in which more is independent.
         trace = scheduled(trace)
-    parts = [entry.DECLARATIONS, DECLARATIONS]
+    parts = [entry.DECLARATIONS, held_entry.DECLARATIONS]
     for w in widths:
         parts += [line + "\n" for line in declarations(w)]
     functions: list[str] = []
@@ -50,7 +49,7 @@ def _functions(trace: Trace, form: Form, width: int, header: Header) -> list[str
         return [*_rows_functions(trace, width), xla_rows_entry(trace)]
     functions = one_functions(trace)
     if form == "one":
-        functions += [one_entry(trace, header), held_entry(trace, header)]
+        functions += [one_entry(trace, header), held_entry.held_entry(trace, header)]
     elif form == "xla_one":
         functions.append(xla_one_entry(trace))
     elif form == "xla_32":

@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeVar
 
 from ...description import parameters as numbers
 from ...description.model import RobotDescription
-from ...description.parameters.written import noted
+from ...description.parameters.written import add_note
 from ...errors import DescriptionError, InputError
 
 
@@ -59,5 +59,6 @@ def with_parameters(robot: R, values: Mapping[str, Any] | None = None, /, **para
         raise
     for loop in robot.mode_names:
         if loop not in other.mode_names:
-            noted(other.description, f"{loop}: no closed form with {listed}; solved by iteration")
+            note = f"{loop}: no closed form with {listed}; solved by iteration"
+            add_note(other.description, note)
     return other

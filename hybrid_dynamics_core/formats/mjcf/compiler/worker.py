@@ -21,7 +21,7 @@ _WITHOUT_LIMITS = 0  # mode without computed ranges of actuators
 _FALSE, _TRUE, _AUTO = range(3)  # values of `inertiafromgeom`
 _CLOSE = 1e-9  # relative difference of equal tensors
 _FIRST = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>"
-_TRIANGLE = 1e-12  # relative rounding of possible moments
+_TRIANGLE = 1e-12  # relative rounding in the triangle inequality of moments
 _FREE, _BALL = 0, 1
 _MODEL = "model"  # prefix of names of attached models, which meshes do not have
 
