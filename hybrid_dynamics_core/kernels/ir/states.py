@@ -95,7 +95,7 @@ def status_of(nodes: Nodes, tests: Sequence[str]) -> str:
 
 
 def zero_if_finite(lanes: Lanes, values: Sequence[str]) -> str:
-    """Sum of all values times zero, in four chains: NaN if one is not finite, or zero."""
+    """Sum of all values times zero, in four chains: NaN if one is not finite, else zero."""
     zero = lanes.constant(0.0)
     chains = [zero] * 4
     for k, value in enumerate(values):

@@ -73,7 +73,7 @@ class Child:
 
 @contextmanager
 def child(title: str, log: Path, module: str, *arguments: str) -> Iterator[Child]:
-    """A context with a :class:`Child`, which ends with the context."""
+    """A context with a `Child`, which ends with the context."""
     process = Child(title, log, module, *arguments)
     try:
         yield process
