@@ -55,6 +55,22 @@ def independent_rows(
     return chosen
 
 
+def null_space(matrix: Array, zero: float) -> Array:
+    """An orthonormal basis (n, n - rank) of the vectors that a matrix maps to zero.
+
+    Args:
+        matrix: (m, n).
+        zero: share of the largest singular value up to which one counts as zero.
+    """
+    if not len(matrix):
+        return np.eye(matrix.shape[1])
+    _, sizes, directions = np.linalg.svd(matrix)
+    largest = sizes.max(initial=0.0)
+    rank = int(np.count_nonzero(sizes > zero * largest))
+    basis: Array = directions[rank:].T
+    return basis
+
+
 def is_regular(matrix: Array) -> bool:
     """Whether a square matrix (n, n) has an inverse, whatever units its rows and columns have."""
     rows = np.abs(matrix).max(axis=1, initial=0.0)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..algebra.independence import independent_rows
+from ..algebra.independence import independent_rows, null_space
 from ..closed_state.state import ClosedState
 from ..closure.constraints.from_description import loop_equations
 from ..description.geometry import Transform, rotation_from_rpy
@@ -134,7 +134,7 @@ class FreeRobot:
         geometry = self.geometry(self.start)
         reference = robot.close(robot.reference[None])
         _, jacobian = geometry.linearised(reference.s, ())
-        motions = _null_space(jacobian[0])
+        motions = null_space(jacobian[0], RANK)
         present = [name for name in robot.coordinates if name in names]
         indices = [robot.coordinates.index(name) for name in present]
         rows = motions[indices]
@@ -199,12 +199,3 @@ def charts_of(robot: Robot, state: ClosedState) -> tuple[Array, ...]:
     signs = np.broadcast_to(state.signs, shape)
     charts = signs[:, blocks:].astype(float)
     return tuple(charts.T)
-
-
-def _null_space(matrix: Array) -> Array:
-    """An orthonormal basis (n, n - rank) of the null space of a matrix (m, n)."""
-    _, values, right = np.linalg.svd(matrix)
-    least = RANK * values.max(initial=0.0)
-    rank = int(np.count_nonzero(values > least))
-    basis: Array = right[rank:].T
-    return basis

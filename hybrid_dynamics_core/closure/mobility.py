@@ -10,9 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from ..algebra.independence import independent_rows
+from ..algebra.independence import independent_rows, null_space
 from ..description.model import RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.configuration import configuration_at
@@ -34,7 +32,6 @@ from .reference_search import (
 # share of a coordinate's motion that must be independent of the coordinates chosen before
 INDEPENDENT = 1e-6
 ZERO = 1e-8  # singular values below this share of the largest count as zero
-TINY = 1e-300
 NOTED = 0.01  # [rad or m] smaller changes from the drawn pose come from rounding in the file
 
 
@@ -115,7 +112,7 @@ def _independent_names(
     names = tree.coordinates
     held = sorted({k for loop in loops for k in loop.coordinates})
     _, jacobian = gaps_and_jacobian(tree, loops, s, held)
-    motions = _null_space(jacobian)
+    motions = null_space(jacobian, ZERO)  # that keep all loops closed
     order = _indices(names, (*robot.motors, *robot.actuators, *robot.idle, *names))
     rows = {k: row for row, k in enumerate(held)}
     in_loops = [rows[k] for k in order if k in rows]
@@ -247,13 +244,3 @@ def _beyond_limits(robot: RobotDescription, reference: Mapping[str, float]) -> I
                 f"{name}: the loops close at {value:.6g}, outside its limits [{lower:.6g},"
                 f" {upper:.6g}]; within all limits no closed configuration was found"
             )
-
-
-def _null_space(jacobian: Array) -> Array:
-    """Motions (n_s, mobility) that keep all loops closed."""
-    if not len(jacobian):
-        return np.eye(jacobian.shape[1])
-    _, sizes, vectors = np.linalg.svd(jacobian)
-    least = ZERO * max(float(sizes[0]), TINY)
-    rank = np.count_nonzero(sizes > least)
-    return vectors[rank:].T

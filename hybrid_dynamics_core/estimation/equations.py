@@ -26,7 +26,7 @@ from .unknowns import (
 LENGTH = 0.5  # [s] of a block
 LEAST_BLOCKS = 12  # of a run; short runs have shorter blocks
 MOST_BLOCKS = 240  # of a run; long runs have longer blocks
-LEAST_RATE = 1e-6  # [rad/s, m/s] of a drive that rests, since viscous friction is effort over rate
+LEAST_RATE = 1e-6  # [rad/s, m/s] as which the rate of a drive counts that rests in all samples
 RESTING = 0.5  # share of friction that a block leaves open, above which a drive rests
 TURNING = 0.02  # share above which a drive stops or turns within a block
 SLOW = 0.05  # of a drive's mean rate: width around zero in which its friction is open
@@ -179,7 +179,7 @@ class Modelling:
         """
         mapping = to_drives(self.robot, run.state, self.drives)
         regressor = self.robot.regressor(run.state, run.ddu, self.parameters, self.loads)
-        along = mapping @ regressor
+        of_parameters = mapping @ regressor
         required = self.robot.inverse_dynamics(run.state, run.ddu, self.loads)
         model = (mapping @ required[..., None])[..., 0]
         k = len(self.drives)
@@ -187,10 +187,10 @@ class Modelling:
         if loaded:
             # the load changes efforts as the parameters of its link do
             first = INERTIAL * self.parameters.links.index(self.frame.link)
-            load = along[..., first : first + INERTIAL] @ self.frame.to_link
+            load = of_parameters[..., first : first + INERTIAL] @ self.frame.to_link
         rates = run.state.ds[:, self._indices]
         sensed = drive_columns(run.efforts, self._signs(rates), np.zeros(k))
-        matrix = np.concatenate([load, along, sensed], axis=2)
+        matrix = np.concatenate([load, of_parameters, sensed], axis=2)
         return Equations(
             matrix=matrix,
             target=run.efforts - model,
@@ -287,7 +287,9 @@ def standstill_columns(blocks: Blocks, friction: Array) -> tuple[Array, Array]:
         padded = np.concatenate([[0], rests.astype(int), [0]])
         changes = np.flatnonzero(np.diff(padded))
         turns = np.flatnonzero(~rests & (blocks.at_rest[:, drive] > TURNING))
-        stretches = [*changes.reshape(-1, 2).tolist(), *((k, k + 1) for k in turns.tolist())]
+        stretches = changes.reshape(-1, 2).tolist()
+        for turn in turns.tolist():
+            stretches.append([turn, turn + 1])
         for start, end in stretches:
             column = np.zeros((count, drives))
             column[start:end, drive] = blocks.at_rest[start:end, drive]

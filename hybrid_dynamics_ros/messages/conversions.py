@@ -31,7 +31,7 @@ def stamp_to_ns(stamp: Time) -> int:
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:
-    """Inverse of :func:`stamp_to_ns`."""
+    """Inverse of `stamp_to_ns`."""
     return Time(sec=stamp_ns // NS, nanosec=stamp_ns % NS)
 
 

@@ -86,7 +86,7 @@ def oversized(size: int) -> Rejection | None:
 
 
 class RejectedError(Exception):
-    """An exception with a :class:`Rejection`."""
+    """An exception with a `Rejection`."""
 
     def __init__(self, code: RejectionCode, text: str) -> None:
         self.rejection = Rejection(code, text)

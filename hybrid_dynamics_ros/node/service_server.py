@@ -68,7 +68,7 @@ class DeferredResponse:
 
 
 def defer_responses(service: RosService) -> None:
-    """Let the callback of a service return :class:`DeferredResponse`.
+    """Let the callback of a service return `DeferredResponse`.
 
     The events executor does not support coroutines, rclpy's usual way.
     """

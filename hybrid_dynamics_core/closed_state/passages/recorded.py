@@ -47,12 +47,7 @@ def recorded(model: Model, passed: Passed, index: int | None = None) -> Passage:
     others: Mapping[int, Array] = {}
     if passed.kind is PassageKind.CHANGE_POINT:
         charts = passed.before[len(plan.blocks) :]
-        others = other_rates(
-            model,
-            charts,
-            passed.s,
-            passed.rates,
-        )
+        others = other_rates(model, charts, passed.s, passed.rates)
     loops = [plan.blocks[k].name for k in passed.blocks]
     return Passage(
         kind=passed.kind.value,
@@ -70,15 +65,12 @@ def modes_on(model: Model, signs: Array) -> Mapping[str, str]:
     """Names of the assembly modes by loop on branch signs (blocks,)."""
     plan = model.plan
     names: list[str] = []
-    for block, sign in zip(
-        plan.blocks,
-        signs.tolist(),
-        strict=False,
-    ):
+    # charts of ball and free joints may follow the signs of the blocks
+    for block, sign in zip(plan.blocks, signs.tolist(), strict=False):
         names.append(block.modes[block.signs.index(sign)])
     return dict(branch_names(plan, names))
 
 
 def _numbers(values: Array) -> tuple[float, ...]:
-    rounded: list[float] = np.asarray(values, dtype=float).tolist()
-    return tuple(rounded)
+    numbers: list[float] = np.asarray(values, dtype=float).tolist()
+    return tuple(numbers)
