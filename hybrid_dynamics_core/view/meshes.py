@@ -18,10 +18,11 @@ from ..scene.parts import across_axis
 from ..scene.visuals.primitives import Faces
 
 AROUND: Final = 40  # corners of a circle
-SWEEP: Final = 4.6  # [rad] angle of an arrow around an axis
 CHAMFER: Final = 0.12  # share of the radius, at edges of bodies of revolution
-_HEAD: Final = 0.55  # [rad] angle of that arrow's head
-_AROUND_RING: Final = 16  # corners of that arrow's cross section
+# of an arrow around an axis
+SWEEP: Final = 4.6  # [rad] its angle
+_HEAD: Final = 0.55  # [rad] angle of its head
+_AROUND_RING: Final = 16  # corners of its cross section
 
 Corner = tuple[float, float]  # (radius, height)
 

@@ -20,8 +20,8 @@ def newton_name(body: str, width: int) -> str:
 class NewtonFunction:
     """Writer of `@newton.N.W(given, out)`.
 
-    From guess and parameters to the solution and the number of iterations, which is negative where
-    they failed.
+    From guess and parameters to the solution and the number of iterations. The number is negative
+    where the iteration failed.
 
     Args:
         inner: trace of residuals and Jacobian.
