@@ -209,20 +209,22 @@ class _Builder:
             self.values.warn_of_degrees(written, limits, entry.key_path("limits"))
         table = read_effort_table(entry.sub("effort_table"))
         effort = entry.bound("effort_limit")
+        if table is not None:
+            effort = min(effort, table.largest)
         return Joint(
-            name,
-            joint_type,
-            parent.link,
-            entry["child"],
-            zero.rotation,
-            zero.translation,
-            axis,
-            limits,
-            effort if table is None else min(effort, table.largest),
-            entry.bound("velocity_limit"),
-            entry.bound("power_limit"),
-            entry.bound("acceleration_limit"),
-            table,
+            name=name,
+            type=joint_type,
+            parent=parent.link,
+            child=entry["child"],
+            rotation=zero.rotation,
+            translation=zero.translation,
+            axis=axis,
+            limits=limits,
+            effort_limit=effort,
+            velocity_limit=entry.bound("velocity_limit"),
+            power_limit=entry.bound("power_limit"),
+            acceleration_limit=entry.bound("acceleration_limit"),
+            effort_table=table,
         )
 
     def reference(self) -> Mapping[str, float]:
@@ -306,14 +308,14 @@ class _Builder:
         between = entry.sub("between")
         a, b = (self.closure_frame(link, between) for link in between)
         return Closure(
-            name,
-            a.link,
-            a.translation,
-            b.link,
-            b.translation,
-            entry["kind"],
-            a.rotation,
-            b.rotation,
+            name=name,
+            link_a=a.link,
+            point_a=a.translation,
+            link_b=b.link,
+            point_b=b.translation,
+            kind=entry["kind"],
+            rotation_a=a.rotation,
+            rotation_b=b.rotation,
             assembly=entry.get("assembly"),
         )
 

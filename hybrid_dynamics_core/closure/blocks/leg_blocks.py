@@ -87,9 +87,9 @@ class StrokeBlock(DistanceBlock):
         e = joint.axis
         along = dot(x, e)
         squared = dot(y, y)
-        left = squared - (dot(x, x) - along * along)
-        configuration.set_length(self.unknowns[0], branch * sqrt(left) - along)
-        return left / squared
+        discriminant = squared - (dot(x, x) - along * along)
+        configuration.set_length(self.unknowns[0], branch * sqrt(discriminant) - along)
+        return discriminant / squared
 
 
 class CrankBlock(DistanceBlock):
@@ -124,9 +124,9 @@ def _solve_sum(a: Scalar, b: Scalar, c: Scalar, branch: Scalar) -> Turn:
         Cosine, sine and the margin, sin^2 of the angle to the toggle point.
     """
     squared = a * a + b * b
-    left = squared - c * c
-    margin = left / squared
-    root = branch * sqrt(left)
+    discriminant = squared - c * c
+    margin = discriminant / squared
+    root = branch * sqrt(discriminant)
     cosine = (a * c - b * root) / squared
     sine = (b * c + a * root) / squared
     return cosine, sine, margin

@@ -25,10 +25,8 @@ WORLD = "world"  # name of the link that carries it
 _SPECIAL_KEYS = ("axis2", "pitch", "each")
 # effects that act along the components of the angular velocity
 _OF_ANGULAR_VELOCITY = ("friction", "drive")
-_OF_ALL = (
-    *_OF_ANGULAR_VELOCITY,
-    "spring",
-)  # effects of a ball or free joint, equal in all directions
+# effects of a ball or free joint, equal in all directions
+_OF_ALL = (*_OF_ANGULAR_VELOCITY, "spring")
 _LIMITS = (
     "limits",
     "effort_limit",

@@ -1,4 +1,4 @@
-"""The C++ interface: a header whose functions take spans, arrays, and Eigen vectors and matrices."""
+"""The C++ interface: a header whose functions take spans, arrays, Eigen vectors and matrices."""
 
 from __future__ import annotations
 

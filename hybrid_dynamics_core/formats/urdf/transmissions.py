@@ -72,7 +72,7 @@ class Drives:
 
     def _read_control(self, element: LocatedElement) -> None:
         for joint in element.all("joint"):
-            (*names,) = self._moving([joint.get("name")])
+            names = self._moving([joint.get("name")])
             if not names:
                 self.xml.note(
                     joint, f"there is no joint '{joint.get('name')}' that moves; left out"

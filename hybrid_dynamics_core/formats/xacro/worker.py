@@ -169,9 +169,7 @@ def evaluate_substitution(text: str, context: dict[str, Any]) -> str:
     values = {name: arguments_module.convert_value(arguments[name], "auto") for name in arguments}
     functions = dict(arguments_module._eval_dict, arg=lambda name: values[name])  # noqa: SLF001
     functions.pop("__builtins__", None)
-    plain = {
-        name: getattr(builtins, name) for name in ("list", "dict", "map", "str", "float", "int")
-    }
+    plain = {name: getattr(builtins, name) for name in _PLAIN}
     return str(evaluate(text, {**plain, **functions, **values}))
 
 
