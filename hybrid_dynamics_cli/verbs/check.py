@@ -68,8 +68,8 @@ def command(
     """Check a robot: its file, its loops, its masses.
 
     The loops are closed at the reference and at places spread over the limits of the active joints.
-    Ends with 1 where something is wrong; that loops do not close all over the limits is told, and
-    no fault.
+    Ends with 1 if something is wrong. It is no fault if loops do not close all over the limits; the
+    last line says so.
     """
     if picture is None:
         _refuse_without_picture(modes, skeleton)

@@ -50,19 +50,16 @@ class TimedMotion:
 
     @property
     def duration(self) -> float:
-        """[s]."""
+        """How long it takes [s]."""
         return float(self.times[-1])
 
     def __call__(self, t: ArrayLike) -> MotionPoint:
         """The motion at a time [s] or at times (N,); at rest before its start and after its end."""
         t = real_array("t", t)
         within = np.clip(t, 0.0, self.duration)
+        following = np.searchsorted(self.times, within, side="right")
         last = len(self.s) - 2
-        k = np.clip(
-            np.searchsorted(self.times, within, side="right") - 1,
-            0,
-            last,
-        )
+        k = np.clip(following - 1, 0, last)
         rate = np.sqrt(self.x)
         tau = within - self.times[k]
         acceleration = accelerations(self.s, self.x)[k]
@@ -90,11 +87,6 @@ def accelerations(s: Array, x: Array) -> Array:
 def times_of(s: Array, x: Array) -> Array:
     """Times (N,) of the stations [s]."""
     rate = np.sqrt(x)
-    sums = np.maximum(
-        rate[:-1] + rate[1:],
-        1e-300,
-    )
-    return np.append(
-        0.0,
-        np.cumsum(2.0 * np.diff(s) / sums),
-    )
+    sums = np.maximum(rate[:-1] + rate[1:], 1e-300)
+    durations = 2.0 * np.diff(s) / sums
+    return np.append(0.0, np.cumsum(durations))

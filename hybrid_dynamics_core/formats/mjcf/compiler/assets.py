@@ -28,7 +28,7 @@ class MeshFiles:
         self.xml = xml
         self.packages = packages
         self.names: dict[int, str] = {}
-        self.paths: dict[str, tuple[Path, str]] = {}  # with the folder where each begins
+        self.paths: dict[str, tuple[Path, str]] = {}  # folder of the file, and path from there
         for root in (xml.root, *attached):
             self._add(root)
 
