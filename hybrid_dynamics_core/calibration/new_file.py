@@ -27,9 +27,9 @@ SAME = 1e-10  # [m, or of unit vectors] difference of two texts of one robot
 def new_text(calibration: Calibration, folder: str | Path | None = None) -> str:
     """The text of the new description file.
 
-    Numbers of the robot's file are replaced, and what was changed by how much stands in comments at
-    the top. A robot whose parameters have no place in its file, as those of a URDF or of a joint of
-    a template, is written with its links and joints one by one.
+    Numbers of the robot's file are replaced. Comments at the top say by how much each one changed.
+    A robot whose parameters have no place in its file, as those of a URDF or of a joint of a
+    template, is written with its links and joints one by one.
 
     Args:
         calibration: the result.
@@ -47,7 +47,7 @@ def new_text(calibration: Calibration, folder: str | Path | None = None) -> str:
 
 
 def changes(calibration: Calibration) -> Iterator[str]:
-    """A line for each parameter: what it was, is, and by how much it changed."""
+    """A line for each parameter: its value, the one before, and the change."""
     yield f"calibrated: reduced chi-squared {calibration.chi2:.3g}"
     for parameter in calibration.free:
         one = calibration.parameters[parameter.name]

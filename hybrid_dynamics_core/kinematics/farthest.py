@@ -10,7 +10,8 @@ from ..algebra.independence import norm
 from ..description.model import Joint
 from .closed_kinematics import ClosedKinematics
 
-Ways = dict[str, list[tuple[str, float]]]  # (other link, largest distance [m])
+# by link: links that it is joined to, each with the largest distance [m]
+Neighbours = dict[str, list[tuple[str, float]]]
 
 
 def farthest_reach(robot: ClosedKinematics) -> float:
@@ -21,21 +22,21 @@ def farthest_reach(robot: ClosedKinematics) -> float:
     """
     description = robot.description
     frame = description.frames[robot.end_effector]
-    distances = _distances(_ways(robot), description.base)
+    distances = _distances(_neighbours(robot), description.base)
     return distances.get(frame.link, math.inf) + norm(frame.translation)
 
 
-def _ways(robot: ClosedKinematics) -> Ways:
-    ways: Ways = defaultdict(list)
+def _neighbours(robot: ClosedKinematics) -> Neighbours:
+    neighbours: Neighbours = defaultdict(list)
     for joint in robot.description.joints.values():
         length = norm(joint.translation) + _longest_slide(robot, joint)
-        ways[joint.parent].append((joint.child, length))
-        ways[joint.child].append((joint.parent, length))
+        neighbours[joint.parent].append((joint.child, length))
+        neighbours[joint.child].append((joint.parent, length))
     for closure in robot.description.closures:
         length = norm(closure.point_a) + norm(closure.point_b)
-        ways[closure.link_a].append((closure.link_b, length))
-        ways[closure.link_b].append((closure.link_a, length))
-    return ways
+        neighbours[closure.link_a].append((closure.link_b, length))
+        neighbours[closure.link_b].append((closure.link_a, length))
+    return neighbours
 
 
 def _longest_slide(robot: ClosedKinematics, joint: Joint) -> float:
@@ -47,7 +48,7 @@ def _longest_slide(robot: ClosedKinematics, joint: Joint) -> float:
     return max(abs(lower), abs(upper))
 
 
-def _distances(ways: Ways, start: str) -> dict[str, float]:
+def _distances(neighbours: Neighbours, start: str) -> dict[str, float]:
     """Shortest paths to all links (Dijkstra)."""
     distances: dict[str, float] = {}
     waiting = [(0.0, start)]
@@ -56,7 +57,7 @@ def _distances(ways: Ways, start: str) -> dict[str, float]:
         if link in distances:
             continue
         distances[link] = length
-        for other, step in ways[link]:
+        for other, step in neighbours[link]:
             if other not in distances:
                 heapq.heappush(waiting, (length + step, other))
     return distances

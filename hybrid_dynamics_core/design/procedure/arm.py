@@ -276,6 +276,6 @@ class Arm:
 
 
 def written(value: float) -> float:
-    """A number with twelve digits; full_length numbers without a point."""
+    """A number with twelve digits; an integer without a point."""
     rounded = float(f"{value:.12g}")
     return int(rounded) if rounded.is_integer() else rounded

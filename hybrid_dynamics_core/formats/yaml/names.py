@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from ...description.model import RobotDescription
 
@@ -35,7 +35,8 @@ class Names:
         """Names in the file."""
         return [self[name] for name in names]
 
-    def _add(self, names: Iterable[str]) -> None:
+    def _add(self, names: Collection[str]) -> None:
+        """Map names that must differ from each other."""
         taken = {*names, *self.changed.values()}
         for name in names:
             if _NAME.fullmatch(name) or name in self.changed:

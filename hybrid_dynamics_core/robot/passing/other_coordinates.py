@@ -98,11 +98,7 @@ def _may_be_given(robot: Mechanism) -> NDArray[np.bool_]:
     return np.array([name not in taken for name in robot.passive], dtype=bool)
 
 
-def with_active(
-    robot: R,
-    active: tuple[str, ...],
-    state: ClosedState,
-) -> R:
+def with_active(robot: R, active: tuple[str, ...], state: ClosedState) -> R:
     """The same mechanism with other active coordinates.
 
     Its reference is a given state, and so are its assembly modes.
@@ -122,13 +118,7 @@ def with_active(
         if assembly != PARALLELOGRAM:
             assembly = None  # it names a mode of the old coordinates
         closures.append(replace(closure, assembly=assembly))
-    reference = dict(
-        zip(
-            robot.coordinates,
-            state.s.tolist(),
-            strict=True,
-        )
-    )
+    reference = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
     changed = replace(
         description,
         active=active,

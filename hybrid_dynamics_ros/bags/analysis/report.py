@@ -151,7 +151,7 @@ def accelerations_of(recording: EvaluatedRecording) -> str:
         )
     if recording.is_causal:
         return (
-            f"Accelerations are from the node's causal filter, which tells them {late} late: smooth"
+            f"Accelerations are from the node's causal filter, which gives them {late} late: smooth"
             " waves of recorded less computed are this lag rather than the model. <code>--smooth"
             " spline</code>, when the recording is reported or processed, removes it."
         )
