@@ -408,7 +408,7 @@ def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_pe
     assert said["spline"] in (tmp_path / "rec.html").read_text(encoding="utf-8")
     # two time constants of the filter, whose bandwidth is the node's 10 Hz: 2 sqrt(sqrt(2) - 1) /
     # (2 pi 10)
-    assert "from the node's causal filter, which tells them 20.5 ms late" in said["causal"]
+    assert "from the node's causal filter, which gives them 20.5 ms late" in said["causal"]
     assert "<code>--smooth spline</code>" in said["causal"]
     assert "from a spline through the samples before and after, which has no lag" in said["spline"]
     assert "from a Savitzky-Golay filter" in said["savgol"]
@@ -641,7 +641,7 @@ def test_intervals_are_drawn_in_milliseconds(interval: float) -> None:
 
 def test_the_page_says_the_lag_in_milliseconds() -> None:
     track = SimpleNamespace(is_causal=True, causal_lag=0.0995)
-    assert "tells them 99.5 ms late" in accelerations_of(track)
+    assert "gives them 99.5 ms late" in accelerations_of(track)
 
 
 @pytest.mark.parametrize(
