@@ -30,7 +30,7 @@ class FreelyTurning:
         chart: index of its chart among those of the tree.
         slides: its three sliding coordinates; empty for a ball joint.
         turns: its three turning coordinates.
-        ways: (3, 3) directions of the slides in the joint frame, as columns.
+        slide_axes: (3, 3) directions of the slides in the joint frame, as columns.
         mount: (3, 3) axes of the turns in the joint frame, at zero.
         carried: (3, 3) axes of the turns in the child frame, after all turns.
     """
@@ -39,7 +39,7 @@ class FreelyTurning:
     chart: int
     slides: tuple[int, ...]
     turns: tuple[int, ...]
-    ways: Array
+    slide_axes: Array
     mount: Array
     carried: Array
 
@@ -58,7 +58,7 @@ class FreelyTurning:
         rotation = self._rotation(s[..., self.turns], charts)
         position = np.zeros(rotation.shape[:-1])
         if self.slides:
-            position = s[..., self.slides] @ self.ways.T
+            position = s[..., self.slides] @ self.slide_axes.T
         return Pose(position, rotation)
 
     def _rotation(self, angles: Array, charts: Array) -> Array:
@@ -74,7 +74,7 @@ class FreelyTurning:
         angles = angles_of(turned, chart)
         if not self.slides:
             return angles, chart
-        return np.concatenate([pose.position @ self.ways, angles], axis=-1), chart
+        return np.concatenate([pose.position @ self.slide_axes, angles], axis=-1), chart
 
     def velocity_map(self, s: Array, charts: Array) -> Array:
         """V (..., k, k) with twist = V q' for the joint's k coordinates."""
@@ -83,7 +83,7 @@ class FreelyTurning:
             return angular
         rotation = self._rotation(s[..., self.turns], charts)
         result = np.zeros((*angular.shape[:-2], TWIST, TWIST))
-        result[..., :3, :3] = np.swapaxes(rotation, -1, -2) @ self.ways
+        result[..., :3, :3] = np.swapaxes(rotation, -1, -2) @ self.slide_axes
         result[..., 3:, 3:] = angular
         return result
 
@@ -114,12 +114,12 @@ def freely_turning(description: RobotDescription, tree: Tree) -> tuple[FreelyTur
         indices = tuple(map(tree.coordinates.index, joint.joints))
         rows = [description.joints[name] for name in joint.joints]
         carried = rows[-1].rotation.T
-        ways = np.eye(3)
+        slide_axes = np.eye(3)
         mount = carried  # at zero the child frame is the joint frame
         if joint.type == "free":
-            ways = np.stack([row.axis for row in rows[:3]], axis=-1)
+            slide_axes = np.stack([row.axis for row in rows[:3]], axis=-1)
             mount = rows[3].rotation
         joints.append(
-            FreelyTurning(joint.name, chart, indices[:-3], indices[-3:], ways, mount, carried)
+            FreelyTurning(joint.name, chart, indices[:-3], indices[-3:], slide_axes, mount, carried)
         )
     return tuple(joints)

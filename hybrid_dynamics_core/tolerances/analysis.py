@@ -177,7 +177,7 @@ class ToleranceAnalysis:
             rotation = np.broadcast_to(np.eye(3), (len(rows.s), 3, 3))
             if pin.link != self.robot.description.base:
                 rotation, _ = posed.frame(pin.link)
-            across = np.asarray(rotation) @ pin.ways
+            across = np.asarray(rotation) @ pin.free_directions
             along = np.einsum("nid,i->nd", across, unit_axis(list(entry.towards)))
             lengths = np.linalg.norm(along, axis=1, keepdims=True)
             if (lengths < NEARLY).any():

@@ -29,14 +29,14 @@ class Pin:
         place: what it is part of.
         key: name of the joint or closure.
         link: the link that has the hole.
-        ways: directions (3, d) in which the pin is free, as columns in the axes of that link.
+        free_directions: directions (3, d) in which the pin is free, as columns in the axes of that link.
     """
 
     name: str
     place: Place
     key: str
     link: str
-    ways: Array
+    free_directions: Array
 
 
 def pin_of(name: str, robot: RobotDescription, tree: Tree) -> Pin:
@@ -103,7 +103,7 @@ def with_displaced(
     joints: dict[str, Joint] = dict(robot.joints)
     closures = {closure.name: closure for closure in robot.closures}
     for pin, displacement in zip(pins, displacements, strict=True):
-        moved = pin.ways @ np.array(displacement)
+        moved = pin.free_directions @ np.array(displacement)
         if pin.place == "joint":
             joint = joints[pin.key]
             joints[pin.key] = replace(joint, translation=frozen(joint.translation + moved))

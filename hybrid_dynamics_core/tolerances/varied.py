@@ -107,7 +107,7 @@ class VariedRobot:
         for name, entry in entries.items():
             if isinstance(entry, Play):
                 pin = pin_of(name, robot.description, self._tree)
-                self._add(Variable(name, entry, self._next(pin.ways.shape[1]), "m", pin))
+                self._add(Variable(name, entry, self._next(pin.free_directions.shape[1]), "m", pin))
         self._free_robot = self._checked_free_robot()
         self._graph = Graph()
         choices = LoopChoices(self._adjustable, self._parameters, robot.description)

@@ -272,9 +272,10 @@ class _Process:
         return tuple(parts)
 
     def array(self, rows: int, kind: str) -> Any:
-        """An array (rows, 3); None if the process ended before."""
-        data = self.source.read(rows * 24)
-        if len(data) < rows * 24:
+        """An array (rows, 3) of numbers of eight bytes; None if the process ended before."""
+        size = rows * 3 * np.dtype(kind).itemsize
+        data = self.source.read(size)
+        if len(data) < size:
             return None
         return np.frombuffer(data, kind).reshape(rows, 3)
 
