@@ -29,7 +29,7 @@ class Pin:
         place: what it is part of.
         key: name of the joint or closure.
         link: the link that has the hole.
-        free_directions: directions (3, d) in which the pin is free, in the axes of the link, as columns.
+        free_directions: columns (3, d), in axes of the link, along which the pin is free.
     """
 
     name: str
