@@ -194,7 +194,10 @@ class PinocchioFile:
 
 
 def completed(root: Any) -> None:
-    """What URDF asks for and people leave out: links that joints name, and limits."""
+    """What URDF asks for and people leave out: links that joints name, limits, tidy numbers."""
+    for element in root.iter():
+        for name, text in element.attrib.items():
+            element.set(name, text.strip())
     links = {link.get("name") for link in root.findall("link")}
     for joint in root.findall("joint"):
         parent = joint.find("parent")

@@ -184,10 +184,10 @@ def without_pictures(spec: Any) -> None:
     """Take out pictures. Meshes stay, since bodies may have their masses."""
     for geom in spec.geoms:
         geom.material = ""
-    for kind in ("sites", "tendons", "skins"):
+    for kind in ("sites", "tendons"):
         for element in getattr(spec, kind):
             element.material = ""
-    for kind in ("materials", "textures"):
+    for kind in ("skins", "materials", "textures"):
         for element in list(getattr(spec, kind)):
             spec.delete(element)
 
@@ -199,7 +199,7 @@ def without_files(spec: Any) -> None:
     for geom in list(spec.geoms):
         if geom.meshname or geom.type in from_files:
             spec.delete(geom)
-    for kind in ("sensors", "pairs", "excludes", "skins", "meshes", "hfields"):
+    for kind in ("sensors", "pairs", "excludes", "meshes", "hfields"):
         for element in list(getattr(spec, kind)):
             spec.delete(element)
 

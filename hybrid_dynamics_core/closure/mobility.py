@@ -17,6 +17,7 @@ from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree, build_tree
 from .constraints.equations import LoopEquations
 from .constraints.from_description import loop_equations
+from .constraints.joint_coupling import JointCoupling
 from .drawn_flat import with_parallelograms
 from .loop_gap import describe_gap
 from .numeric_closure import CLOSED, gaps_and_jacobian
@@ -32,6 +33,7 @@ from .reference_search import (
 # share of a coordinate's motion that must be independent of the coordinates chosen before
 INDEPENDENT = 1e-6
 ZERO = 1e-8  # singular values below this share of the largest count as zero
+MAX_EQUATIONS = 600  # of loops in files of others; their dense equations take seconds
 NOTED = 0.01  # [rad or m] smaller changes from the drawn pose come from rounding in the file
 
 
@@ -68,6 +70,7 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     names = tree.coordinates
     start = [robot.reference.get(name, 0.0) for name in names]
     loops = loop_equations(tree, robot, frozenset(range(len(names))))
+    _require_few(robot, loops)
     passive = [k for k, name in enumerate(names) if name not in robot.active]
     closed = closed_near(tree, loops, start, passive)
     _require_closed(tree, robot, closed)
@@ -86,6 +89,18 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     dependent = tuple(name for name in robot.motors if name not in motors)
     reference = dict(zip(names, s.tolist(), strict=True))
     return Mobility(motors + idle, idle, dependent, reference, robot)
+
+
+def _require_few(robot: RobotDescription, loops: Sequence[LoopEquations]) -> None:
+    """Raise if loops have more equations than are solved in seconds."""
+    closing = [loop for loop in loops if not isinstance(loop, JointCoupling)]
+    count = sum(loop.size for loop in closing)
+    if count > MAX_EQUATIONS:
+        raise robot.error(
+            "closures",
+            f"{len(closing)} loops with {count} equations; at most {MAX_EQUATIONS} are solved"
+            " together; take out what is no mechanism, such as springs that make up a cloth",
+        )
 
 
 def _with_note_of_closing(

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot
+from hybrid_dynamics_core.closure import mobility
+from hybrid_dynamics_core.closure.constraints.from_description import loop_equations
 from hybrid_dynamics_core.closure.loop_gap import describe_gap
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.formats.reader import parse_description
@@ -350,3 +352,17 @@ class TestRoundedNumbers:
 
     def test_one_in_the_file_is_one_in_motion(self) -> None:
         assert robot(TWICE.replace("KIND", "point").replace("PIN", "0.35")).close([1.2])
+
+
+def test_more_loops_than_can_be_solved_in_seconds_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Files of others may hold a cloth of hundreds of springs. Couplings of joints do not count."""
+    description = replace(robot(four_bar(0.4, 0.1, 0.5, 0.3)).description, active_set="motors")
+    loops = loop_equations(build_tree(description), description, frozenset(range(3)))
+    size = sum(loop.size for loop in loops)
+    monkeypatch.setattr(mobility, "MAX_EQUATIONS", size)
+    assert Robot(description).active == ("q1",)
+    monkeypatch.setattr(mobility, "MAX_EQUATIONS", size - 1)
+    with pytest.raises(DescriptionError, match=f"1 loops with {size} equations; at most"):
+        Robot(description)
