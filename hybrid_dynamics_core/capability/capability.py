@@ -345,6 +345,7 @@ def _limits(
     for name, value in mapping_of("efforts", efforts).items():
         if name not in limits:
             raise InputError(f"efforts: {no_such_name('drive', name, limits)}")
+        _require_own_meaning(robot, "efforts", name)
         given = _positive(name, value)
         limits[name] = (-given, given)
     return limits
@@ -356,8 +357,18 @@ def _rates(robot: CapableRobot, rates: Mapping[str, float] | None) -> dict[str, 
     for name, value in mapping_of("rates", rates).items():
         if name not in limits:
             raise InputError(f"rates: {no_such_name('coordinate', name, limits)}")
+        _require_own_meaning(robot, "rates", name)
         limits[name] = _positive(name, value)
     return {name: value for name, value in limits.items() if np.isfinite(value)}
+
+
+def _require_own_meaning(robot: CapableRobot, what: str, name: str) -> None:
+    """Raise for an angle of a ball joint: a limit along it would depend on the chart."""
+    if name in robot.description.angles_in_rows:
+        raise InputError(
+            f"{what}: '{name}' is an angle of a ball or free joint, which differs between its"
+            " charts, so that a limit along it says nothing; limit other joints"
+        )
 
 
 def _positive(name: str, value: ArrayLike) -> float:

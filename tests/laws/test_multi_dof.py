@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from hybrid_dynamics_core import DescriptionError, InputError, Robot, load
+from hybrid_dynamics_core.description.elasticity import Elasticity
 from hybrid_dynamics_core.export import to_mjcf, to_sdf, to_urdf_plus, to_yaml
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kinematics.pose import Pose
@@ -195,6 +196,37 @@ def test_both_charts_give_the_same_answers(seed: int) -> None:
     for one, two in zip(*answers, strict=True):
         assert one == pytest.approx(two, abs=ROUNDING * far**2)
     assert robot.recentred(state) is state
+
+
+def test_what_depends_on_the_chart_is_refused() -> None:
+    """A limit or a stiffness along one of three angles would be another in the other chart."""
+    robot = ball_robot()
+    state = robot.close(robot.reference)
+    name, own = robot.active[0], {KNEE: 5.0}
+    with pytest.raises(InputError, match=f"efforts: '{name}' is an angle of a ball"):
+        robot.capability(state, efforts={name: 5.0})
+    with pytest.raises(InputError, match=f"rates: '{name}' is an angle of a ball"):
+        robot.capability(state, rates={name: 5.0})
+    with pytest.raises(InputError, match=f"drives: '{name}' is an angle of a ball"):
+        robot.stiffness(state, Elasticity({name: 1e4}))
+    assert robot.stiffness(state, Elasticity(own)).compliance.shape == (6, 6)
+    assert robot.capability(state, efforts=own, rates=own)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_stiffness_and_inverse_kinematics_do_not_know_charts(seed: int) -> None:
+    robot = ball_robot()
+    rng = np.random.default_rng(seed)
+    pose = Pose(np.zeros(3), random_pose(rng).rotation)
+    state = robot.close_at_poses({BALL: pose}, du=np.zeros(4), u=rng.normal(size=4))
+    target = robot.forward_kinematics(robot.close(state.u + 0.05, near=state))
+    answers = []
+    for one in (state, robot.recentred(state, leave=0.0)):
+        found = robot.inverse_kinematics(target, near=one).state
+        reached = robot.forward_kinematics(found).matrix
+        answers.append((robot.stiffness(one, Elasticity({KNEE: 1e3})).compliance, reached))
+        assert reached == pytest.approx(target.matrix, abs=1e-9)
+    assert answers[0][0] == pytest.approx(answers[1][0], abs=ROUNDING)
 
 
 def test_a_batch_has_charts_of_its_rows() -> None:
