@@ -70,7 +70,7 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     names = tree.coordinates
     start = [robot.reference.get(name, 0.0) for name in names]
     loops = loop_equations(tree, robot, frozenset(range(len(names))))
-    _require_few(robot, loops)
+    _check_equation_count(robot, loops)
     passive = [k for k, name in enumerate(names) if name not in robot.active]
     closed = closed_near(tree, loops, start, passive)
     _require_closed(tree, robot, closed)
@@ -91,7 +91,7 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     return Mobility(motors + idle, idle, dependent, reference, robot)
 
 
-def _require_few(robot: RobotDescription, loops: Sequence[LoopEquations]) -> None:
+def _check_equation_count(robot: RobotDescription, loops: Sequence[LoopEquations]) -> None:
     """Raise if loops have more equations than are solved in seconds."""
     closing = [loop for loop in loops if not isinstance(loop, JointCoupling)]
     count = sum(loop.size for loop in closing)
