@@ -345,7 +345,7 @@ def _limits(
     for name, value in mapping_of("efforts", efforts).items():
         if name not in limits:
             raise InputError(f"efforts: {no_such_name('drive', name, limits)}")
-        _require_own_meaning(robot, "efforts", name)
+        _refuse_angle(robot, "efforts", name)
         given = _positive(name, value)
         limits[name] = (-given, given)
     return limits
@@ -357,12 +357,12 @@ def _rates(robot: CapableRobot, rates: Mapping[str, float] | None) -> dict[str, 
     for name, value in mapping_of("rates", rates).items():
         if name not in limits:
             raise InputError(f"rates: {no_such_name('coordinate', name, limits)}")
-        _require_own_meaning(robot, "rates", name)
+        _refuse_angle(robot, "rates", name)
         limits[name] = _positive(name, value)
     return {name: value for name, value in limits.items() if np.isfinite(value)}
 
 
-def _require_own_meaning(robot: CapableRobot, what: str, name: str) -> None:
+def _refuse_angle(robot: CapableRobot, what: str, name: str) -> None:
     """Raise for an angle of a ball joint: a limit along it would depend on the chart."""
     if name in robot.description.angles_in_rows:
         raise InputError(

@@ -114,7 +114,7 @@ class Selection:
                 f" {names[0]}"
             )
         else:
-            problem += " that moves; expected one, and none that is <static>"
+            problem = "holds no model with joints that is not <static>; expected one"
         for missing in self.includes.missing:
             problem += f"; it includes {missing}"
         return self.xml.error(self.xml.root, ("model",), problem)
