@@ -69,6 +69,7 @@ def agrees(text: str, folder: Path) -> Robot:
     compiled = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(compiled)
     robot = Robot(read_description(file))
+    assert not [note for note in robot.description.notes if note.startswith("springlength")]
     rng = np.random.default_rng(3)
     u, du, ddu = rng.uniform(-0.2, 0.2, (3, len(robot.active)))
     state = robot.close(robot.reference + u, du)

@@ -39,9 +39,9 @@ _DRIVE_WORDS = f"name class {_TRANSMISSIONS} gear forcerange forcelimited"
 _DRIVE = vocabulary(f"{_DRIVE_WORDS} armature damping", omitted=f"ctrlrange ctrllimited {_CONTROL}")
 _MOTOR = vocabulary(f"{_DRIVE_WORDS} armature damping ctrlrange ctrllimited", omitted=_CONTROL)
 _TENDON = vocabulary(
-    "name class limited stiffness damping frictionloss armature springyield",
+    "name class limited stiffness damping frictionloss armature springlength springyield",
     "joint site geom pulley",
-    omitted="range width material rgba springlength group user actuatorfrclimited actuatorfrcrange"
+    omitted="range width material rgba group user actuatorfrclimited actuatorfrcrange"
     f" {_LIMIT_SETTINGS}",
 )
 
