@@ -49,7 +49,8 @@ class FreeTurns:
             start: coordinates (n_s,) before the first row.
         """
         before = np.concatenate([start[None], s[:-1]])
-        turns = np.cumsum(np.rint((before - s) / TURN), axis=0)
+        steps = np.nan_to_num(np.rint((before - s) / TURN))  # rows that do not close count none
+        turns = np.cumsum(steps, axis=0)
         return s + np.where(self._free, turns * TURN, 0.0)
 
 

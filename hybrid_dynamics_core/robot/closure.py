@@ -127,9 +127,7 @@ class Closure:
         signs = self._signs_for(near, branch)
         values, codes = self.solver.close(u, du, signs, start)
         state = self._states.build(u, du, signs, values, codes, check)
-        if near is None:
-            return state
-        return self._states.on_modes_of(near, state)
+        return state if near is None else self._states.on_modes_of(near, state)
 
     def close_path(
         self,
@@ -190,13 +188,15 @@ class Closure:
         """
         self.check_state(state)
         before = finite_vectors("before", before, self.model.coordinates, -1)
-        s = self.turns.along(np.atleast_2d(state.s), before).reshape(state.s.shape)
-        if np.array_equal(s, state.s):
-            return state
-        values, codes = self.run_closure(state.u, state.du, state.signs, s)
-        build = self._states.build
-        followed = build(state.u, state.du, state.signs, values, codes, check=False)
-        return replace(followed, branch=state.branch)
+        for _ in self.model.plan.blocks:  # a follower that turned moves the loops behind it
+            s = self.turns.along(np.atleast_2d(state.s), before).reshape(state.s.shape)
+            if np.array_equal(s, state.s, equal_nan=True):
+                break
+            values, codes = self.run_closure(state.u, state.du, state.signs, s)
+            build = self._states.build
+            followed = build(state.u, state.du, state.signs, values, codes, check=False)
+            state = replace(followed, branch=state.branch)
+        return state
 
     def close_given(
         self,
@@ -241,8 +241,7 @@ class Closure:
         signs = matching_signs(model, start, charts)
         solver = self._solver_of(f"close {given}", model)
         here, _ = solver.at(start, signs)
-        begin = Start(here["s"], here["R"])
-        closed, code = solver.close(motion.values, motion.rates, signs, begin)
+        closed, code = solver.close(motion.values, motion.rates, signs, Start(here["s"], here["R"]))
         if code != 0:
             raise error_for(programs.Outcome.decode(int(code)), model, motion.values, signs)
         inputs = {"u": motion.values, "du": motion.rates, "ddu": motion.accelerations}

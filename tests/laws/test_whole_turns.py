@@ -6,6 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.simulation import simulate
 from tests.mechanisms import mechanism
 from tests.sampling import examples
@@ -69,6 +71,70 @@ def test_steps_batches_and_compiled_calls_follow_alike(linkage: Turning, seed: i
     np.testing.assert_allclose(one_by_one.s, path.s, atol=CLOSED)
     far = robot.close(u[-1], near=path.rows(0))
     np.testing.assert_allclose(far.s, path.s[-1], atol=CLOSED)
+
+
+TRAIN = """
+format: 1
+name: train
+links:
+  base: {{}}
+  crank: {{}}
+  coupler: {{}}
+  follower: {{}}
+  disc: {{mass: 1, com: [0.1, 0, 0]}}
+  rod: {{mass: 1, com: [0.2, 0, 0]}}
+  rocker: {{mass: 1, com: [0.1, 0, 0]}}
+  wheel: {{mass: 1, com: [0.1, 0, 0]}}
+joints:
+  a: {{type: revolute, parent: base, child: crank, axis: z}}
+  b: {{type: revolute, parent: crank, child: coupler, axis: z, origin: {{xyz: [0.4, 0, 0]}}}}
+  c: {{type: revolute, parent: base, child: follower, axis: z, origin: {{xyz: [0.1, 0, 0]}}}}
+  d: {{type: revolute, parent: base, child: disc, axis: z, origin: {{xyz: [2, 0, 0]}},
+    mimic: {{joint: c, multiplier: {ratio}, offset: 0.2}}}}
+  e: {{type: revolute, parent: disc, child: rod, axis: z, origin: {{xyz: [0.1, 0, 0]}}}}
+  f: {{type: revolute, parent: base, child: rocker, axis: z, origin: {{xyz: [2.5, 0, 0]}}}}
+  h: {{type: revolute, parent: base, child: wheel, axis: z, origin: {{xyz: [0, 1, 0]}},
+    mimic: {{joint: e, multiplier: {second}}}, spring: {{stiffness: 2}}}}
+closures:
+  first: {{kind: planar, between: {{coupler: [0.35, 0, 0], follower: [0.45, 0, 0]}},
+    assembly: {mode}}}
+  next: {{kind: planar, between: {{rod: [0.45, 0, 0], rocker: [0.35, 0, 0]}}, assembly: {mode}}}
+active: [a]
+end_effector: {{link: rocker}}
+reference: {{a: 0.5}}
+"""
+RATIOS = st.floats(0.2, 1.8)
+MODES = st.sampled_from(["counterclockwise", "clockwise"])
+
+
+def coupler_angle(crank: np.ndarray, lengths: tuple[float, ...], mode: str) -> np.ndarray:
+    """Angle of the coupler of a four-bar from its crank, continuous; by two circles."""
+    arm, ground, rod, rocker = lengths
+    elbow = arm * np.exp(1j * crank)
+    way = ground - elbow
+    along = (rod**2 - rocker**2 + np.abs(way) ** 2) / (2.0 * np.abs(way))
+    across = np.sqrt(rod**2 - along**2) * (1.0 if mode == "counterclockwise" else -1.0)
+    turned = way / np.abs(way) * (along + 1j * across)
+    return np.unwrap(np.angle(turned * np.exp(-1j * crank)))
+
+
+@examples(12)
+@given(RATIOS, RATIOS, MODES)
+def test_a_follower_of_a_turning_joint_moves_the_loops_behind_it(
+    ratio: float, second: float, mode: str
+) -> None:
+    """A gear on a drag link turns the crank of another four-bar, whose coupler turns a wheel."""
+    robot = Robot(parse_description(TRAIN.format(ratio=ratio, second=second, mode=mode)))
+    u = 0.5 + np.linspace(0.0, 2.0 * np.pi * 5, 600)[:, None]
+    path = robot.close_path(u)
+    followed = robot.follow_turns(robot.close(u), path.s[0])
+    np.testing.assert_allclose(followed.s, path.s, atol=CLOSED)
+    at = {name: path.s[:, k] for k, name in enumerate(robot.coordinates)}
+    np.testing.assert_allclose(at["d"], ratio * at["c"] + 0.2, atol=CLOSED)
+    expected = coupler_angle(at["d"], (0.1, 0.5, 0.45, 0.35), mode)
+    expected += at["e"][0] - expected[0]
+    np.testing.assert_allclose(at["e"], expected, atol=CLOSED)
+    np.testing.assert_allclose(at["h"], second * expected, atol=2.0 * CLOSED)
 
 
 @examples(60)
