@@ -49,6 +49,17 @@ class ClosurePlan:
         """Signs of the reference: `branch`, then the chart of each ball or free joint."""
         return (*self.branch, *map(float, self.reference.charts))
 
+    @property
+    def depends_on_turns(self) -> bool:
+        """Whether a loop closes otherwise after a whole turn of a passive angle."""
+        geared: set[int] = set()
+        for block in self.blocks:
+            if block.counted_turns.difference(self.given):
+                geared.update(block.unknowns)
+            elif geared.intersection(block.inputs):
+                return True
+        return False
+
     def split(self, signs: Scalars) -> tuple[Scalars, Scalars]:
         """Split signs into those of the blocks and the charts."""
         blocks = len(self.blocks)

@@ -221,6 +221,14 @@ class Robot:
         """
         return self._model.follows
 
+    @property
+    def depends_on_turns(self) -> bool:
+        """Whether a loop closes otherwise after a whole turn of a passive joint.
+
+        So does a loop behind a gear on that joint. Only a motion from a state before shows it.
+        """
+        return self._model.plan.depends_on_turns
+
     # -- singular places that a motion passes
 
     better_coordinates = better_coordinates  # a function of the robot

@@ -86,6 +86,7 @@ class MotionEvaluator:
         self.gap = 0.0
         self.wraps: Counter[str] = Counter()
         self._measures_active = self.measured == robot.active
+        self.may_be_plain = self.may_be_plain and not robot.depends_on_turns
         self.is_plain = self._measures_active and self.may_be_plain
         self.last: FloatArray | None = None
         self._near: ClosedState | None = None

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core import load
+from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.report_tables import facts_table
 from hybrid_dynamics_ros.messages.joint_samples import Calibration
@@ -19,6 +20,7 @@ from hybrid_dynamics_ros.stream.turns import TURN, TurnCounter
 from tests.bags.calling import printed
 from tests.bags.messages import START, bag, joint_state
 from tests.bags.test_stream import assert_same, streamed
+from tests.laws.test_whole_turns import SWAYING, TRAIN
 from tests.sampling import examples, swept
 
 MS = 10**6
@@ -93,6 +95,27 @@ def test_a_wrapped_stream_is_the_unwrapped_one(forging, is_measured, data):
     jumps = (np.abs(np.diff(readings, axis=0)) > math.pi).sum(axis=0)
     counted = [pipeline.counts.wraps[name] for name in forging.active]
     assert counted == jumps.tolist()
+
+
+@pytest.mark.parametrize("mode", ["counterclockwise", "clockwise"])
+def test_a_loop_behind_a_gear_is_followed_over_whole_turns(mode):
+    """It would not close at the angle nearest to the reference's."""
+    text = TRAIN.format(ratio=0.05, second=-1.7, mode=mode, **SWAYING)
+    robot = Robot(parse_description(text))
+    time = STEP * np.arange(300)
+    position = 0.5 + 2.0 * math.pi * time[:, None]
+    velocity = np.full_like(position, 2.0 * math.pi)
+    path = robot.close_path(position, velocity)
+    assert (robot.close(position, check=False).status != 0).any()
+    efforts = robot.inverse_dynamics(path, np.zeros_like(position))
+    pairs = messages(robot, time, wrapped(position, -math.pi, [True]), velocity)
+    found = assert_same(robot, pairs, [100, 200])
+    assert len(found) == len(time)
+    for k, (_, one) in enumerate(found):
+        # rounding of times and turns
+        np.testing.assert_allclose(one.position, path.s[k], atol=1e-8)
+        if one.efforts is not None:
+            np.testing.assert_allclose(one.efforts, efforts[k], atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -90,20 +90,23 @@ joints:
   b: {{type: revolute, parent: crank, child: coupler, axis: z, origin: {{xyz: [0.4, 0, 0]}}}}
   c: {{type: revolute, parent: base, child: follower, axis: z, origin: {{xyz: [0.1, 0, 0]}}}}
   d: {{type: revolute, parent: base, child: disc, axis: z, origin: {{xyz: [2, 0, 0]}},
-    mimic: {{joint: c, multiplier: {ratio}, offset: 0.2}}}}
-  e: {{type: revolute, parent: disc, child: rod, axis: z, origin: {{xyz: [0.1, 0, 0]}}}}
+    mimic: {{joint: c, multiplier: {ratio}, offset: {offset}}}}}
+  e: {{type: revolute, parent: disc, child: rod, axis: z, origin: {{xyz: [{arm}, 0, 0]}}}}
   f: {{type: revolute, parent: base, child: rocker, axis: z, origin: {{xyz: [2.5, 0, 0]}}}}
   h: {{type: revolute, parent: base, child: wheel, axis: z, origin: {{xyz: [0, 1, 0]}},
     mimic: {{joint: e, multiplier: {second}}}, spring: {{stiffness: 2}}}}
 closures:
   first: {{kind: planar, between: {{coupler: [0.35, 0, 0], follower: [0.45, 0, 0]}},
     assembly: {mode}}}
-  next: {{kind: planar, between: {{rod: [0.45, 0, 0], rocker: [0.35, 0, 0]}}, assembly: {mode}}}
+  next: {{kind: planar, between: {{rod: [{rod}, 0, 0], rocker: [{rocker}, 0, 0]}},
+    assembly: {mode}}}
 active: [a]
 end_effector: {{link: rocker}}
 reference: {{a: 0.5}}
 """
 RATIOS = st.floats(0.2, 1.8)
+TURNING = {"arm": 0.1, "rod": 0.45, "rocker": 0.35, "offset": 0.2}  # right round
+SWAYING = {"arm": 0.3, "rod": 0.15, "rocker": 0.15, "offset": -0.55}  # it closes up to 0.58 rad
 MODES = st.sampled_from(["counterclockwise", "clockwise"])
 
 
@@ -124,7 +127,9 @@ def test_a_follower_of_a_turning_joint_moves_the_loops_behind_it(
     ratio: float, second: float, mode: str
 ) -> None:
     """A gear on a drag link turns the crank of another four-bar, whose coupler turns a wheel."""
-    robot = Robot(parse_description(TRAIN.format(ratio=ratio, second=second, mode=mode)))
+    text = TRAIN.format(ratio=ratio, second=second, mode=mode, **TURNING)
+    robot = Robot(parse_description(text))
+    assert robot.depends_on_turns
     u = 0.5 + np.linspace(0.0, 2.0 * np.pi * 5, 600)[:, None]
     path = robot.close_path(u)
     followed = robot.follow_turns(robot.close(u), path.s[0])
