@@ -271,17 +271,17 @@ def test_far_from_its_start_an_iterated_robot_says_jump_and_steps_go_there():
     agree(position, robot.forward_kinematics(state).position)
 
 
-def test_what_does_not_close_has_no_derivative():
-    for name in ("gough", "forging_chu2020"):
-        calls = shared(name).jax
-        u = jax.numpy.asarray(shared(name).reference) + 50.0
-        still = jax.numpy.zeros(u.shape)
+@pytest.mark.parametrize("name", swept(("gough", "forging_chu2020"), sample=("forging_chu2020",)))
+def test_what_does_not_close_has_no_derivative(name):
+    calls = shared(name).jax
+    u = jax.numpy.asarray(shared(name).reference) + 50.0
+    still = jax.numpy.zeros(u.shape)
 
-        def efforts(u, calls=calls, still=still):
-            return calls.inverse_dynamics(u, still, still)[0]
+    def efforts(u):
+        return calls.inverse_dynamics(u, still, still)[0]
 
-        for derivative in (jax.jacfwd, jax.jacrev):
-            assert np.isnan(derivative(efforts)(u)).all()
+    for derivative in (jax.jacfwd, jax.jacrev):
+        assert np.isnan(derivative(efforts)(u)).all()
 
 
 def test_wrong_shapes_and_frames_are_refused():
