@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -239,6 +240,10 @@ def test_an_open_bracket_is_told_where_it_stands(
     assert f"'{opened[0]}' in column {column} is still open in line {line + after}, column " in str(
         caught.value
     )
+    place = re.search(r"open in line (\d+), column (\d+)", str(caught.value))
+    assert place is not None
+    row, at = text.splitlines()[int(place[1]) - 1], int(place[2]) - 1
+    assert row[at] in "]}:" or row[:at].strip() == ""  # what stands in the way begins there
     end = f"a '{CLOSING[opened[0]]}' is missing, probably at the end of line "
     assert (end in str(caught.value)) == (
         after > 0

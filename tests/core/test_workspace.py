@@ -11,7 +11,7 @@ import pytest
 from hybrid_dynamics_core import InputError, Robot, SampleStatus, Workspace, load
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kinematics import workspace
-from hybrid_dynamics_core.kinematics.sampling import sampled_ranges
+from hybrid_dynamics_core.kinematics.sampling import halton_samples, sampled_ranges
 from hybrid_dynamics_core.kinematics.workspace import find_workspace, margins_at
 
 FILE = (
@@ -185,3 +185,13 @@ def test_progress_is_shown_where_it_lasts(five_bar: Robot, monkeypatch, capsys) 
     monkeypatch.setattr(workspace, "_BATCH", 100)
     find_workspace(five_bar, 300, shown=True)
     assert "workspace of five_bar |" in capsys.readouterr().err
+
+
+def test_further_samples_are_denser_at_the_ends_and_the_others_are_even() -> None:
+    """Shares of the outer fifth of a range: of sines, 2 acos(0.8) / pi; of all, a fifth."""
+    box = np.array([[1.0, 3.0], [-0.2, 0.4], [5.0, 6.0]])
+    samples = halton_samples(box, 3000, 2000)
+    middle, half = box.mean(axis=1), np.ptp(box, axis=1) / 2.0
+    outside = np.abs(samples - middle) / half > 0.8
+    assert outside[:3000].mean(axis=0) == pytest.approx(0.2, abs=0.01)
+    assert outside[3000:].mean(axis=0) == pytest.approx(2.0 * math.acos(0.8) / math.pi, abs=0.01)

@@ -181,8 +181,10 @@ def test_a_map_of_two_joints_shows_ends(tmp_path) -> None:
     robot = robot_of("type_d")
     path = tmp_path / "over.png"
     figure = draw_margins(robot, ("q2", "p3"), path=path)
-    axes = figure.axes[0]
+    axes, bar = figure.axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("q2 [m]", "p3 [rad]")
+    assert not axes.get_position().overlaps(bar.get_position())
+    assert bar.get_position().x1 == pytest.approx(axes.get_position().x1)
     upright = [line.get_xdata() for line in axes.lines if np.ptp(line.get_xdata()) == 0.0]
     ends = {round(float(x[0]), 6) for x in upright}
     assert {0.02, 0.32} <= ends

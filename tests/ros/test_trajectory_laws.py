@@ -22,7 +22,16 @@ from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.trajectory_conversion import Conversion, convert
 from hybrid_dynamics_ros.services.trajectory_fit import completed
-from hybrid_dynamics_ros.services.trajectory_follower import ConversionSettings
+from hybrid_dynamics_ros.services.trajectory_follower import (
+    _PARABOLA_ERROR as PARABOLA_ERROR,
+)
+from hybrid_dynamics_ros.services.trajectory_follower import (
+    ConversionSettings,
+    Sample,
+)
+from hybrid_dynamics_ros.services.trajectory_follower import (
+    _lowest as lowest,
+)
 from hybrid_dynamics_ros.services.trajectory_limits import MotionLimits
 from hybrid_dynamics_ros.services.trajectory_motion import SampledTrajectory
 from tests.generated.case import Case
@@ -397,3 +406,23 @@ def test_a_conversion_in_pieces_is_that_in_one() -> None:
     assert count == trajectory.time.size - 1
     assert np.array_equal(pieces.time, whole.time)
     np.testing.assert_allclose(pieces.efforts, whole.efforts, rtol=1e-12, atol=1e-12)
+
+
+@examples(120)
+@given(st.floats(0.1, 0.9), st.floats(0.2, 1.8), st.floats(0.5, 20.0), st.floats(-1.0, 1.0))
+def test_dips_between_samples_are_found_where_they_are(
+    second: float, bottom: float, bend: float, depth: float
+) -> None:
+    """Of parabolas, whatever the distances of samples: those that fall below zero, and no others.
+
+    What is within the assumed error of zero may be told or not.
+    """
+    times = np.array([0.0, 2.0 * second, 2.0])
+    heights = bend * (times - bottom) ** 2 + depth
+    error = np.ptp(heights) * PARABOLA_ERROR
+    assume(not 0.0 <= depth < 1.01 * error)
+    triple = [
+        Sample(float(t), None, margins=np.array([g])) for t, g in zip(times, heights, strict=True)
+    ]
+    dips = lowest(triple)
+    assert dips == pytest.approx([bottom] if depth < 0.0 else [])
