@@ -11,8 +11,9 @@ from pathlib import Path
 
 from benchmarks import publish
 
-from .bounds import CONFIDENT, force_bounds, mass_bound
+from .bounds import CONFIDENT, ERRORS, force_bounds, mass_bound
 from .forces import force_table, pushed
+from .lifts import FULL_SCALE
 from .states import outcomes, states_table
 from .weighing import weighed, weighing_table
 
@@ -32,8 +33,13 @@ def main() -> None:
     arguments = parser.parse_args()
     lifts = arguments.lifts
     if arguments.bounds:
-        mass = mass_bound(arguments.seed)
-        print(f"mass without an empty run: {mass:.1f} kg, {2.0 * CONFIDENT * mass:.1f} kg wide")
+        for errors, links in ERRORS.items():
+            mass = mass_bound(arguments.seed, links)
+            width = 2.0 * CONFIDENT * mass
+            share = 100.0 * width / FULL_SCALE
+            print(
+                f"masses of links with {errors}: {mass:.1f} kg, {width:.1f} kg ({share:.2f} %) wide"
+            )
         lines = force_bounds(arguments.seed)
         _show("bounds", "tool_force.md", lines, arguments.publish)
     elif lifts is None and arguments.forces is None and arguments.states is None:

@@ -29,6 +29,11 @@ from .lifts import (
 )
 
 CONFIDENT = 1.96  # deviations that hold 95 %
+ERRORS = {  # of masses of links: standard deviation as a share
+    "a deviation of 1 %": LINKS,
+    "1 % at most, evenly spread": LINKS / np.sqrt(3.0),
+    "a deviation of 0.5 %": 0.5 * LINKS,
+}
 LOAD = 1000.0  # [kg] that is weighed
 OPEN = 1e6  # deviation of what nothing is known of
 WINDOWS = (0.3, 0.5, 1.0)  # [s] for which a force is constant
@@ -36,12 +41,17 @@ SIZE, ANGLE = 0.02, np.deg2rad(5.0)  # that are wanted
 HEAD = "| force constant for | by encoders | by links and friction | 2 % from | 5 degrees from |"
 
 
-def mass_bound(seed: int = 0) -> float:
-    """Least deviation of a mass [kg] where masses of links are 1 % off, and friction is known."""
+def mass_bound(seed: int = 0, links: float = LINKS) -> float:
+    """Least deviation of a mass [kg] where friction is known, but masses of links are not.
+
+    Args:
+        seed: of the machine.
+        links: standard deviation of these masses, as a share.
+    """
     rng = np.random.default_rng(seed)
     both = machine(rng)
     run = recorded(both.true, rng, LOAD).run(both.model)
-    limits = Tolerances(LINKS, 0.0, 0.0, 0.0, 0.0, friction_share=0.0)
+    limits = Tolerances(links, 0.0, 0.0, 0.0, 0.0, friction_share=0.0)
     modelling = Modelling(run, both.model.loads, both.model.end_effector, limits)
     load = np.full(INERTIAL, OPEN)
     unknowns = modelling.unknowns([run], load)
