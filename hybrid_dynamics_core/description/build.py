@@ -299,10 +299,8 @@ class _Builder:
     # -- closures
 
     def closures(self) -> tuple[Closure, ...]:
-        closures: list[Closure] = []
-        for name, entry in section_entries(self.values, "closures").items():
-            closures.append(self.closure(name, entry))
-        return tuple(closures)
+        entries = section_entries(self.values, "closures")
+        return tuple(self.closure(name, entry) for name, entry in entries.items())
 
     def closure(self, name: str, entry: Entry) -> Closure:
         between = entry.sub("between")
