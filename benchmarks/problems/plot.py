@@ -52,6 +52,7 @@ def save(problems: Sequence[Problem], rows: Rows, sides: Sequence[str], path: Pa
                     marker=marker,
                     color=colour,
                     markerfacecolor=face,
+                    zorder=3 if colour == BLUE else 2,
                 )
         axes.set_xscale("log")
         axes.set_yticks(range(len(problems)), [problem.title for problem in problems])
