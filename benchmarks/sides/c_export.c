@@ -1,11 +1,10 @@
-/* The exported C of the forging robot behind the same door as floor.c: `one(u, du, ddu, out)`. */
+/* The exported C of the forging robot behind the same door as floor.c: `one(u, du, ddu, out)`.
+   No passive angles are asked for, as from the other sides. */
 #define PY_SSIZE_T_CLEAN
 #define NPY_NO_DEPRECATED_API NPY_1_7_API_VERSION
 #include "forging_chu2020.h"
 #include <Python.h>
 #include <numpy/arrayobject.h>
-
-static double guess[forging_chu2020_NS];
 
 static int usable(PyObject *o) {
   PyArrayObject *a = (PyArrayObject *)o;
@@ -23,7 +22,7 @@ static PyObject *one(PyObject *self, PyObject *const *args, Py_ssize_t n) {
   PyObject *out = n == 4 ? Py_NewRef(args[3]) : PyArray_SimpleNew(1, &four, NPY_DOUBLE);
   if (!out) return NULL;
   double *tau = PyArray_DATA((PyArrayObject *)out);
-  int status = forging_chu2020_inverse_dynamics(u, du, dd, forging_chu2020_gravity, guess, tau);
+  int status = forging_chu2020_inverse_dynamics(u, du, dd, forging_chu2020_gravity, NULL, tau);
   if (status) {
     Py_DECREF(out);
     return PyErr_Format(PyExc_ArithmeticError, "%s", forging_chu2020_status_text(status));
@@ -36,6 +35,5 @@ static struct PyModuleDef module = {PyModuleDef_HEAD_INIT, "c_export", NULL, -1,
 
 PyMODINIT_FUNC PyInit_c_export(void) {
   import_array();
-  for (int k = 0; k < forging_chu2020_NS; k++) guess[k] = forging_chu2020_reference[k];
   return PyModule_Create(&module);
 }

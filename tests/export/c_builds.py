@@ -45,6 +45,23 @@ class Built:
         status = getattr(self.library, f"{self.prefix}_{name}")(*pointers)
         return Answer(status, guess, outs)
 
+    def call_without_guess(
+        self, name: str, inputs: Sequence[Values], sizes: Sequence[int]
+    ) -> Answer:
+        """Call a function with NULL as the guess."""
+        given = [np.array(x, dtype=float) for x in inputs]
+        outs = [np.full(size, 7.0) for size in sizes]
+        pointers = [x.ctypes.data_as(ctypes.c_void_p) for x in (*given, *outs)]
+        pointers.insert(len(given), ctypes.c_void_p(None))
+        status = getattr(self.library, f"{self.prefix}_{name}")(*pointers)
+        return Answer(status, np.zeros(0), outs)
+
+    def may_lack_guess(self, name: str) -> bool:
+        """Whether the header says that the guess of a function may be NULL."""
+        header = (self.folder / f"{self.prefix}.h").read_text(encoding="utf-8")
+        comment = header[: header.index(f"int {self.prefix}_{name}(")].rpartition("/*")[2]
+        return "guess may be NULL" in comment
+
 
 @dataclass
 class Answer:

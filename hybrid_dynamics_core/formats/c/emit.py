@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from ...algebra.numerics import MAX_ITERATIONS
 from ...kernels.emit_python import count_uses
 from ...kernels.graph import Operand, Symbol
 from ...kernels.trace import Trace, body_name, trace_body
-from .parts import Text, in_parts
+from .parts import Text, in_parts, indented
 from .solvers import ELIMINATE, INVERT, NEWTON, SMALL
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -26,6 +27,35 @@ _CALLS = {
     "atan2": "angle",
 }
 _LONGEST = 160  # characters of an expression that is used once and stays inside another
+
+
+@dataclass(frozen=True)
+class Split:
+    """The outputs of a trace that alone read one of its inputs, which may be NULL.
+
+    Attributes:
+        vector: the input.
+        first: the first of these outputs; they are the last ones.
+        always: nodes of all other outputs and of the checks, in order.
+        sometimes: the other live nodes, in order.
+    """
+
+    vector: int
+    first: int
+    always: Sequence[int]
+    sometimes: Sequence[int]
+
+
+def split_at(trace: Trace, vector: int, first: int) -> Split | None:
+    """The split of the outputs from `first` on; None if others read the input too."""
+    values = [*trace.outputs[:first], *(check.value for check in trace.checks)]
+    always = trace.graph.live(values)
+    sometimes = [index for index in trace.live if index not in set(always)]
+    nodes = trace.graph.nodes
+    reads = any(nodes[index][:2] == ("input", vector) for index in always)
+    if reads or any(nodes[index][0] == "block" for index in sometimes):
+        return None
+    return Split(vector, first, always, sometimes)
 
 
 class Body:
@@ -139,14 +169,28 @@ def function_name(name: str) -> str:
     return f"f_{name.replace('.', '_')}"
 
 
-def emit_functions(trace: Trace) -> list[str]:
+def emit_functions(trace: Trace, split: Split | None = None) -> list[str]:
     """The C functions of a trace, without duplicates; those that others call come first.
 
     The last one is `static int f_NAME(const double *a0, ..., double *out)`. It returns 0, or the
     code of the first check that fails: then `out` is not written.
+
+    Args:
+        trace: the trace.
+        split: outputs that are left out where one of the inputs is NULL.
     """
-    body = Body(trace)
-    last = [*checks_of(trace, body), *outputs_of(trace, body), "return 0;"]
+    if split is None:
+        body = Body(trace)
+        outputs = outputs_of(trace, body)
+    else:
+        body = Body(trace, split.always)
+        given = {index: body.term(index) for index in split.always}
+        after = Body(trace, split.sometimes, given)
+        outputs = outputs_of(trace, after)
+        lines = "\n".join([*after.lines, *outputs[split.first :]])
+        optional = indented(lines)
+        outputs[split.first :] = [f"if (a{split.vector}) {{\n{optional}\n}}"]
+    last = [*checks_of(trace, body), *outputs, "return 0;"]
     text = Text("int", function_name(trace.name), len(trace.inputs), body.lines, last)
     return with_helpers([*block_functions(trace), *in_parts(text)])
 

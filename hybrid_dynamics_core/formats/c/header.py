@@ -81,7 +81,8 @@ def header_text(
     for one in traced:
         operations = before + count_operations(one.trace)
         parts.append(
-            f"/* {one.call.text}.\n   At most {operations} floating-point operations. */\n"
+            f"/* {one.call.text}.\n   At most {operations} floating-point operations."
+            f"{_without_guess(one)} */\n"
             f"{signature(names, one)};\n"
         )
     parts += ["#ifdef __cplusplus\n}\n#endif\n", f"#endif /* {p}_H */\n"]
@@ -94,6 +95,14 @@ def limits_note(robot: Robot, prefix: str) -> str:
     if TABLES in note:
         note += f" {prefix}_effort_ranges has the largest effort of a table; elsewhere it is less."
     return textwrap.fill(note, 90, subsequent_indent=INDENT, break_on_hyphens=False)
+
+
+def _without_guess(traced: TracedFunction) -> str:
+    """What a guess of NULL saves."""
+    if traced.split is None:
+        return ""
+    fewer = len(traced.split.sometimes)
+    return f" guess may be NULL:\n   then s is not computed, in {fewer} operations fewer."
 
 
 def _opening(robot: Robot, names: Names, follows: bool) -> str:

@@ -106,7 +106,8 @@ _FOLLOWED = (
     "  may be a jump to another assembly mode is refused. Go to a far place in smaller steps."
 )
 _CLOSED = (
-    "* All loops have a closed form. The guess only decides the whole turns of passive angles."
+    "* All loops have a closed form. The guess only decides the whole turns of passive angles.\n"
+    "  Where the header says so, it may be NULL: then the passive angles are not computed."
 )
 
 

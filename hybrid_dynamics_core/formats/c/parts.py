@@ -18,7 +18,7 @@ PART = """\
 #define PART static
 #endif
 """
-_DEFINED = re.compile(r"^(?:const )?double ([vb]\d+)(?:\[(\d+)\])?", re.MULTILINE)
+_DEFINED = re.compile(r"^ *(?:const )?double ([vb]\d+)(?:\[(\d+)\])?", re.MULTILINE)
 _NAME = re.compile(r"\b[vb]\d+\b")
 _INPUT = re.compile(r"\ba(\d+)\[")
 

@@ -83,8 +83,8 @@ def source_text(
     if len({id(trace.graph) for trace in traces}) < len(traces):
         texts += emit_shared(traces)
     else:
-        for trace in traces:
-            texts += emit_functions(trace)
+        for one in traced:
+            texts += emit_functions(one.trace, one.split)
     parts = [
         _HEAD.format(p=names.prefix),
         _constants(robot, names),
@@ -176,7 +176,10 @@ def _public(names: Names, traced: TracedFunction, follows: bool) -> str:
     p, ns = names.prefix, names.ns
     size = traced.total
     inputs = [*traced.inputs, GUESS]
-    tests = " && ".join(f"all_finite({name}, {names.length(name)})" for name in inputs)
+    listed = [f"all_finite({name}, {names.length(name)})" for name in inputs]
+    if traced.split is not None:
+        listed[-1] = f"(!guess || {listed[-1]})"
+    tests = " && ".join(listed)
     lines = [f"double out[{size} + {ns}];"]
     if follows:
         lines.append(f"double start[{ns} + {ns} * {names.nu}];")
@@ -215,15 +218,21 @@ def _copies(traced: TracedFunction, ns: str) -> list[str]:
     for name, size in traced.results.items():
         lines.append(f"copy(out + {first}, {name}, {size});")
         first += size
-    lines.append(f"copy(out + {first}, guess, {ns});")
-    return lines
+    handed = f"copy(out + {first}, guess, {ns});"
+    if traced.split is None:
+        return [*lines, handed]
+    return [*lines, "if (guess) {", f"    {handed}", "}"]
 
 
 def _finite(traced: TracedFunction, ns: str) -> str:
     """The test that results are finite, but for those that may be NaN."""
     if not traced.call.open:
-        return f"all_finite(out, {traced.total} + {ns})"
-    tests = [f"all_finite(out + {traced.total}, {ns})"]
+        number = ns if traced.split is None else f"(guess ? {ns} : 0)"
+        return f"all_finite(out, {traced.total} + {number})"
+    configuration = f"all_finite(out + {traced.total}, {ns})"
+    if traced.split is not None:
+        configuration = f"(!guess || {configuration})"
+    tests = [configuration]
     first = 0
     for name, size in traced.results.items():
         if name not in traced.call.open:

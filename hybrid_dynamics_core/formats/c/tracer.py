@@ -13,6 +13,7 @@ from ...dynamics.loads import Loads, described_loads
 from ...dynamics.pack_loads import pack_loads
 from ...dynamics.pins import Pin, find_pins
 from ...errors import InputError
+from ...ground.lazy import lazy
 from ...kernels.graph import Graph
 from ...kernels.trace import Results, Trace, trace, trace_of
 from ...mechanism.tree import frame_offset
@@ -23,6 +24,7 @@ from ...programs.warm_start import next_start
 from ...robot.model import RobotModel
 from ...robot.robot import Robot
 from .calls import FRICTION, GUESS, PINS, CFunction, Setting
+from .emit import Split, split_at
 from .real import PRECISIONS, Precision, Real, loosened
 
 PAYLOAD = 10  # m, centre of mass (3), Ixx, Ixy, Ixz, Iyy, Iyz, Izz about it, all in the frame
@@ -41,6 +43,7 @@ class TracedFunction:
         vectors: names of the inputs of the trace.
         loops: indices of the joints in the loop of each pin, of reactions.
         lists: names of what the results belong to, by its kind.
+        is_shared: whether its trace has the graph of other functions.
     """
 
     call: CFunction
@@ -50,11 +53,19 @@ class TracedFunction:
     vectors: tuple[str, ...]
     loops: Sequence[Sequence[int]] = ()
     lists: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    is_shared: bool = False
 
     @property
     def total(self) -> int:
         """Number of values of all results."""
         return sum(self.results.values())
+
+    @lazy
+    def split(self) -> Split | None:
+        """What is left out where the guess is NULL; None where it has to be there."""
+        if self.is_shared or GUESS not in self.vectors:
+            return None
+        return split_at(self.trace, self.vectors.index(GUESS), self.total)
 
 
 class Tracer:
@@ -154,7 +165,8 @@ class Tracer:
             given = {name: symbols[name] for name in self._vectors(call)}
             results = self._run(call, self._program(call), given)
             one = trace_of(graph, results, [*sizes.values()], call.name)
-            traced.append(self._traced(call, self._checked(one), tuple(sizes)))
+            function = self._traced(call, self._checked(one), tuple(sizes))
+            traced.append(replace(function, is_shared=True))
         return traced
 
     def _program(self, call: CFunction) -> Program:
