@@ -66,6 +66,22 @@ def jacobian(outputs: Operands, inputs: Operands) -> Rows:
     return rows
 
 
+def along(outputs: Operands, inputs: Operands, changes: Operands) -> list[Scalar]:
+    """The changes of outputs for changes of inputs: their derivative in one direction.
+
+    Args:
+        outputs: symbols of one graph, or constants.
+        inputs: input symbols of the same graph, or constants.
+        changes: symbols of the same graph, one for each input.
+    """
+    seeds: dict[int, Tangent] = {}
+    for x, change in zip(inputs, changes, strict=True):
+        if isinstance(x, Symbol):
+            seeds[x.index] = {0: change}
+    tangents = _Tangents(outputs, seeds)
+    return [tangents.of(y).get(0, 0.0) for y in outputs]
+
+
 def substitute(outputs: Operands, replaced: Mapping[Operand, Scalar]) -> list[Scalar]:
     """The outputs with input symbols replaced; nodes that do not depend on them are shared."""
     values: dict[int, Scalar] = {}

@@ -9,7 +9,12 @@ from . import sensing
 from .actuation import HYDRAULICS, generalised_forces, hydraulics
 from .centroidal import centroidal
 from .closure import ACCELERATIONS, CLOSE, MOTION
-from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives, slopes
+from .derivatives import (
+    directional,
+    forward_dynamics_derivatives,
+    inverse_dynamics_derivatives,
+    slopes,
+)
 from .dynamics import (
     closed_inverse_dynamics,
     inverse_dynamics,
@@ -45,6 +50,7 @@ __all__ = [
     "centroidal",
     "closed_inverse_dynamics",
     "coriolis_matrix",
+    "directional",
     "energy",
     "forward_dynamics",
     "forward_dynamics_derivatives",

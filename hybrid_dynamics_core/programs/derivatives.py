@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import chain
+from itertools import chain, islice
 
 from ..algebra.linear import transposed, unit_vectors
 from ..algebra.scalar import Scalar, Scalars
 from ..dynamics.load_pattern import NOTHING, LoadPattern
-from ..kernels.differentiate import jacobian, substitute
+from ..kernels.differentiate import along, jacobian, substitute
 from ..kernels.graph import Graph, Operand, Symbol
-from ..kernels.trace import Results, flatten
+from ..kernels.trace import Check, Results, flatten
 from .dynamics import Dynamics
 from .forward import is_regrouped, solve_motion
 from .model import AT_ACCELERATION, AT_EFFORT, Inputs, Model, Program, with_loads
@@ -76,6 +76,36 @@ def slopes(program: Program, results: Sequence[str], by: Sequence[str]) -> Progr
         return Results(matrices, outputs.checks)
 
     return Program(program.inputs, run, program.sizes)
+
+
+def directional(parts: Sequence[Program], by: Sequence[str]) -> Program:
+    """Program for the derivatives of all results in one direction, on symbols only.
+
+    Args:
+        parts: programs, with results of different names.
+        by: names of inputs. The change of `u` is the input `seed_u`, that of `tau` `seed_tau`.
+
+    Returns:
+        The program. The derivative of the result `ddu` is called `d_ddu`, and is flat.
+    """
+    inputs = dict.fromkeys(chain.from_iterable(part.inputs for part in parts))
+    seeds = [f"seed_{name}" for name in by]
+    sizes = dict(chain.from_iterable(part.sizes.items() for part in parts))
+
+    def run(model: Model, x: Inputs) -> Results:
+        varied = list(chain.from_iterable(getattr(x, name) for name in by))
+        changes = list(chain.from_iterable(getattr(x, name) for name in seeds))
+        values: dict[str, Scalars] = {}
+        checks: list[Check] = []
+        for part in parts:
+            results = part.run(model, x)
+            checks += results.checks
+            values |= {name: flatten([value]) for name, value in results.outputs.items()}
+        changed = iter(along(flatten([*values.values()]), varied, changes))
+        outputs = {f"d_{name}": list(islice(changed, len(value))) for name, value in values.items()}
+        return Results(outputs, list(dict.fromkeys(checks)))
+
+    return Program((*inputs, *seeds), run, sizes)
 
 
 def _constants(u: Scalars, count: int) -> list[Symbol]:

@@ -97,6 +97,7 @@ class Inputs(LoadValues):
         position: target (3,) of an end effector [m].
         rotation: target (9,), row by row.
         weights: of the errors along and about x, y, z (6,).
+        seed_u: change of u (n,) in a direction, and so on.
     """
 
     u: Scalars = ()
@@ -114,6 +115,10 @@ class Inputs(LoadValues):
     position: Scalars = ()
     rotation: Scalars = ()
     weights: Scalars = ()
+    seed_u: Scalars = ()
+    seed_du: Scalars = ()
+    seed_ddu: Scalars = ()
+    seed_tau: Scalars = ()
 
 
 ProgramText = Callable[[Model, Inputs], Results]

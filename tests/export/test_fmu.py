@@ -192,6 +192,56 @@ def test_a_state_is_stored_and_restored(unpack) -> None:
     assert unit.call("FreeFMUState", ctypes.byref(state)) == OK
 
 
+def differences(unit: Unit3, varied: list[str], unknowns: list[str], seeds) -> np.ndarray:
+    """Changes of unknowns by central differences, of fourth order."""
+    _, at = unit.get(varied)
+    total = np.zeros(len(unknowns))
+    step = 1e-3
+    for places, weight in ((1, 8.0), (-1, -8.0), (2, -1.0), (-2, 1.0)):
+        moved = at + places * step * np.array([seeds[name] for name in varied])
+        assert unit.vary(dict(zip(varied, moved, strict=True))) == OK
+        status, got = unit.get(unknowns)
+        assert status == OK
+        total += weight * got
+    assert unit.vary(dict(zip(varied, at, strict=True))) == OK
+    return total / (12.0 * step)
+
+
+@needs_compiler
+@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_directional_derivatives_are_those_of_differences(unpack, name: str, program: str) -> None:
+    robot = load(name)
+    unit = Unit3(unpack(name, program), exchange=True)
+    rng = np.random.default_rng(1)
+    n = len(robot.active)
+    last = "ddu" if program == "inverse_dynamics" else "tau"
+    varied = [*named("u", robot), *named("du", robot), *named(last, robot)]
+    scale = np.abs(efforts(robot)).max() if last == "tau" else 1.0
+    starts = [*robot.reference, *rng.uniform(-0.3, 0.3, n), *scale * rng.uniform(-1.0, 1.0, n)]
+    assert unit.start(dict(zip(varied, starts, strict=True))) == OK
+    seeds = dict(zip(varied, rng.uniform(-1.0, 1.0, 3 * n), strict=True))
+    kinds = ("tau",) if last == "ddu" else ("ddu", "z", "dz", "position", "rotation", "distance")
+    unknowns = [key for key in unit.references if key.split(".")[0].split("[")[0] in kinds]
+    status, got = unit.directional(unknowns, seeds)
+    assert status == OK
+    wanted = differences(unit, varied, unknowns, seeds)
+    # differences have an error of step^4 of the fifth derivative
+    assert np.abs(got - wanted).max() <= 1e-6 * max(1.0, np.abs(wanted).max())
+
+
+@needs_compiler
+def test_derivatives_of_states_and_by_others_than_states(unpack) -> None:
+    unit = Unit3(unpack("type_c"), exchange=True)
+    assert unit.start({}) == OK
+    unknowns = ["der(u.q2)", "u.q1", "du.q4", "time"]
+    status, got = unit.directional(unknowns, {"du.q2": 2.0, "u.q1": 3.0})
+    assert (status, [*got]) == (OK, [2.0, 3.0, 0.0, 0.0])
+    status, got = unit.directional(["ddu.q2"], {"gravity.z": 1.0})
+    assert (status, [*got]) == (ERROR, [7.0])
+    assert "neither a state nor an input" in unit.said[-1]
+
+
 @needs_compiler
 @pytest.mark.sweep(sample="test_inverse_dynamics_is_that_of_the_library")
 def test_payload_and_friction_are_parameters(tmp_path: Path) -> None:

@@ -73,6 +73,15 @@ class Unit3:
         size = c_size_t(len(values))
         return self.call("SetFloat64", references, size, numbers, size)
 
+    def vary(self, values: Mapping[str, float]) -> int:
+        """Set states of model exchange, u before u', and inputs; the worst status."""
+        size = c_size_t()
+        assert self.call("GetNumberOfContinuousStates", byref(size)) == OK
+        names = list(values)
+        states = np.array([values[name] for name in names[: size.value]])
+        inputs = {name: values[name] for name in names[size.value :]}
+        return max(self.call("SetContinuousStates", pointer(states), size), self.set(inputs))
+
     def set_boolean(self, name: str, value: bool) -> int:
         one = c_size_t(1)
         return self.call("SetBoolean", self._references([name]), one, byref(c_bool(value)), one)
@@ -101,6 +110,17 @@ class Unit3:
         assert self.call("SetContinuousStates", pointer(values), size) == OK
         out = np.full(len(states), 7.0)
         return self.call("GetContinuousStateDerivatives", pointer(out), size), out
+
+    def directional(
+        self, unknowns: Sequence[str], seeds: Mapping[str, float]
+    ) -> tuple[int, np.ndarray]:
+        """The status and the changes of unknowns for changes of others."""
+        n, m = c_size_t(len(unknowns)), c_size_t(len(seeds))
+        seed = np.array([*seeds.values()])
+        out = np.full(len(unknowns), 7.0)
+        references = self._references(unknowns), n, self._references([*seeds]), m
+        values = pointer(seed), m, pointer(out), n
+        return self.call("GetDirectionalDerivative", *references, *values), out
 
     def _references(self, names: Sequence[str]) -> object:
         return (c_uint32 * len(names))(*(self.references[name] for name in names))

@@ -79,6 +79,7 @@ def source_of(
     programs: Sequence[str],
     loads: LoadsOf = "description",
     prefix: str = "",
+    further: Sequence[CFunction] = (),
 ) -> dict[str, str]:
     """The source and header alone, for code that is built around them.
 
@@ -87,6 +88,7 @@ def source_of(
         programs: names of the functions.
         loads: as of `to_c`.
         prefix: of all names; that of the robot if empty.
+        further: functions besides.
 
     Returns:
         The text of ROBOT.h and ROBOT.c, by their names.
@@ -94,7 +96,7 @@ def source_of(
     Raises:
         InputError: as of `to_c`.
     """
-    calls = calls_of(programs, robot)
+    calls = [*calls_of(programs, robot), *further]
     _require("loads", loads, LOADS)
     names = names_of(robot)
     if prefix:

@@ -114,6 +114,7 @@ def _interfaces_3(root: ET.Element, unit: Unit) -> None:
         "modelIdentifier": unit.identifier,
         "canGetAndSetFMUState": "true",
         "canSerializeFMUState": "true",
+        "providesDirectionalDerivatives": "true",
     }
     ET.SubElement(root, "ModelExchange", {**common, "needsCompletedIntegratorStep": "true"})
     variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
@@ -125,6 +126,7 @@ def _interfaces_2(root: ET.Element, unit: Unit) -> None:
         "modelIdentifier": unit.identifier,
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "true",
     }
     variable_steps = {"canHandleVariableCommunicationStepSize": "true"}
     exchange = ET.SubElement(root, "ModelExchange", common)

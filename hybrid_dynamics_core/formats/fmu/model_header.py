@@ -10,7 +10,13 @@ from .limits import Limit, limits_of
 from .variables import FORWARD_DYNAMICS, Variable
 
 CONSTANTS = ("reference", "status_text")
-FUNCTIONS = ("close", "inverse_dynamics", "forward_dynamics", "forward_kinematics")
+FUNCTIONS = (
+    "close",
+    "inverse_dynamics",
+    "forward_dynamics",
+    "forward_kinematics",
+    "directional",
+)
 STATUSES = ("OK", "JUMP", "NOT_FINITE", "SINGULAR_MASS")
 # blocks that may have no variables, each before the one that would follow it
 EMPTY = (("DISTANCE", "STOP"), ("DZ", "POSITION"), ("Z", "DZ"))

@@ -19,6 +19,7 @@ from ..c.names import identifier
 from ..c.writer import LoadsOf, source_of
 from .binary import Binary, compiled
 from .description import FMI3, VERSIONS, Unit, build_text, description_text
+from .directional import DIRECTIONAL
 from .model_header import model_text
 from .variables import FORWARD_DYNAMICS, INVERSE_DYNAMICS, PROGRAMS, Variable, variables_of
 
@@ -95,7 +96,8 @@ def to_fmu(
 
 def _code(robot: Robot, program: str, version: str, loads: LoadsOf) -> dict[str, str]:
     """The C files of a unit, but for what ties them to its variables."""
-    texts = source_of(robot, FUNCTIONS[program], loads)
+    further = [DIRECTIONAL[program]]
+    texts = source_of(robot, FUNCTIONS[program], loads, further=further)
     ours = files(__package__) / "sources"
     places = {
         "unit.h": "unit.h",

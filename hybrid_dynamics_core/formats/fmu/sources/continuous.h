@@ -1,5 +1,33 @@
 /* Model exchange, the same in all versions of FMI: `DERIVATIVES` is the name of one function. */
 
+/* Changes of unknowns for changes of knowns, which are states and inputs. */
+static status_t directional(instance_t *self, const reference_t unknowns[], size_t n,
+                            const reference_t knowns[], size_t m, const double seed[],
+                            double sensitivity[])
+{
+    double seeds[V_COUNT] = {0.0}, changes[V_COUNT];
+    int status;
+    for (size_t k = 0; k < n; ++k) {
+        if (unknowns[k] >= V_COUNT) {
+            return say(self, ERROR, "there is no such value reference");
+        }
+    }
+    for (size_t k = 0; k < m; ++k) {
+        if (!is_varied(knowns[k])) {
+            return say(self, ERROR, "a derivative by a value that is neither a state nor an input");
+        }
+        seeds[knowns[k]] = seed[k];
+    }
+    memcpy(changes, seeds, sizeof seeds);
+    status = change_along(&self->data, seeds, changes);
+    if (status == UNIT_OK) {
+        for (size_t k = 0; k < n; ++k) {
+            sensitivity[k] = changes[unknowns[k]];
+        }
+    }
+    return answer(self, status);
+}
+
 FMI(SetTime)(void *c, double time)
 {
     ((instance_t *)c)->data.value[V_TIME] = time;

@@ -313,14 +313,6 @@ FMI(DeSerializeFMUstate)(void *c, const char bytes[], size_t size, void **state)
     return OK;
 }
 
-FMI(GetDirectionalDerivative)(void *c, const reference_t unknowns[], size_t n,
-                              const reference_t variables[], size_t m, const double seed[],
-                              double sensitivity[])
-{
-    (void)unknowns, (void)n, (void)variables, (void)m, (void)seed, (void)sensitivity;
-    return not_here(c);
-}
-
 FMI(EnterEventMode)(void *c)
 {
     (void)c;
@@ -354,6 +346,13 @@ FMI(CompletedIntegratorStep)(void *c, bool_t no_return, bool_t *event_mode, bool
 
 #define DERIVATIVES FMI(GetDerivatives)
 #include "continuous.h"
+
+FMI(GetDirectionalDerivative)(void *c, const reference_t unknowns[], size_t n,
+                              const reference_t knowns[], size_t m, const double seed[],
+                              double sensitivity[])
+{
+    return directional(c, unknowns, n, knowns, m, seed, sensitivity);
+}
 
 FMI(SetRealInputDerivatives)(void *c, const reference_t references[], size_t n, const int orders[],
                              const double values[])

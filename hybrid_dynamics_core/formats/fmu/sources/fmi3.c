@@ -361,17 +361,6 @@ FMI(DeserializeFMUState)(void *c, const uint8_t bytes[], size_t size, void **sta
     return OK;
 }
 
-#define NO_DERIVATIVE(name)                                                                    \
-    FMI(name)(void *c, const reference_t a[], size_t na, const reference_t b[], size_t nb,     \
-              const double seed[], size_t n_seed, double sensitivity[], size_t n_sensitivity)  \
-    {                                                                                          \
-        (void)a, (void)na, (void)b, (void)nb, (void)seed, (void)n_seed, (void)sensitivity;     \
-        (void)n_sensitivity;                                                                   \
-        return not_here(c);                                                                    \
-    }
-NO_DERIVATIVE(GetDirectionalDerivative)
-NO_DERIVATIVE(GetAdjointDerivative)
-
 FMI(EnterConfigurationMode)(void *c)
 {
     return not_here(c);
@@ -470,6 +459,25 @@ FMI(CompletedIntegratorStep)(void *c, bool no_return, bool *event_mode, bool *te
 
 #define DERIVATIVES FMI(GetContinuousStateDerivatives)
 #include "continuous.h"
+
+FMI(GetDirectionalDerivative)(void *c, const reference_t unknowns[], size_t n,
+                              const reference_t knowns[], size_t m, const double seed[],
+                              size_t n_seed, double sensitivity[], size_t n_sensitivity)
+{
+    if (n_seed != m || n_sensitivity != n) {
+        return say(c, ERROR, "another number of values than of references");
+    }
+    return directional(c, unknowns, n, knowns, m, seed, sensitivity);
+}
+
+FMI(GetAdjointDerivative)(void *c, const reference_t a[], size_t na, const reference_t b[],
+                          size_t nb, const double seed[], size_t n_seed, double sensitivity[],
+                          size_t n_sensitivity)
+{
+    (void)a, (void)na, (void)b, (void)nb, (void)seed, (void)n_seed, (void)sensitivity;
+    (void)n_sensitivity;
+    return not_here(c);
+}
 
 FMI(GetNumberOfEventIndicators)(void *c, size_t *n)
 {

@@ -74,6 +74,32 @@ static int compute(unit_data *unit, int what)
     return status;
 }
 
+/* Changes of all values for seeds, changes of states and inputs: both by value reference. */
+static int change_along(const unit_data *unit, const double seed[V_COUNT], double change[V_COUNT])
+{
+    const double *v = unit->value;
+    const double *u = v + V_U, *du = u + NU, *tau = v + V_TAU;
+    double guess[NS], d_s[NS], d_ds[NS];
+    int status;
+    memcpy(guess, unit->guess, sizeof guess);
+    status = follow(guess, u);
+    if (status == UNIT_OK) {
+        status = unit_directional(u, du, tau, v + V_GRAVITY, seed + V_U, seed + V_U + NU,
+                                  seed + V_TAU, LOADS(v) guess, change + V_DER_U + NU, d_s, d_ds,
+                                  change + V_POSITION, change + V_ROTATION);
+    }
+    if (status == UNIT_OK) {
+        double *distances = change + V_DISTANCE;
+        memcpy(change + V_DER_U, seed + V_U + NU, NU * sizeof *change);
+        memcpy(change + V_Z, d_s + NU, (NS - NU) * sizeof *d_s);
+        memcpy(change + V_DZ, d_ds + NU, (NS - NU) * sizeof *d_ds);
+        for (int k = 0; k < N_LIMITS; ++k) {
+            distances[k] = -unit_limits[k].side * d_s[unit_limits[k].index];
+        }
+    }
+    return status;
+}
+
 static int what_of(unsigned k)
 {
     if (k >= V_DER_U && k < V_DER_U + N_STATES) {

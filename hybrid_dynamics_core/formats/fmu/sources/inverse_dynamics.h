@@ -26,6 +26,21 @@ static int compute(unit_data *unit, int what)
     return status;
 }
 
+/* Changes of the efforts for seeds, changes of inputs: both by value reference. */
+static int change_along(const unit_data *unit, const double seed[V_COUNT], double change[V_COUNT])
+{
+    const double *v = unit->value;
+    double guess[NS];
+    int status;
+    memcpy(guess, unit->guess, sizeof guess);
+    status = follow(guess, v + V_U);
+    if (status == UNIT_OK) {
+        status = unit_directional(v + V_U, v + V_DU, v + V_DDU, v + V_GRAVITY, seed + V_U,
+                                  seed + V_DU, seed + V_DDU, LOADS(v) guess, change + V_TAU);
+    }
+    return status;
+}
+
 static int what_of(unsigned k)
 {
     return k >= V_TAU ? DYNAMICS : NOTHING;

@@ -97,10 +97,21 @@ static int refresh(unit_data *unit, int what)
     return status;
 }
 
+static int is_input(unsigned k)
+{
+    return k >= V_INPUTS && k < V_INPUTS_END;
+}
+
+/* Whether there are derivatives by a value. */
+static int is_varied(unsigned k)
+{
+    return is_input(k) || is_state(k);
+}
+
 /* Whether a value may be set: inputs at any time, parameters and states before the start. */
 static int is_settable(const unit_data *unit, unsigned k)
 {
-    if (k >= V_INPUTS && k < V_INPUTS_END) {
+    if (is_input(k)) {
         return 1;
     }
     return !unit->initialised && ((k >= V_GRAVITY && k < V_INPUTS) || is_state(k));
