@@ -145,6 +145,9 @@ int main()
     model::real J[18] = {0};
     int bad = model::inverse_dynamics(u, zero, zero, type_c_gravity, guess, tau);
     bad += model::jacobian(u, guess, J);
+    std::array<model::real, 3> again{{0, 0, 0}};
+    bad += model::inverse_dynamics(u, zero, zero, type_c_gravity, again);
+    bad += again != tau;
 #if defined(__cpp_lib_span)
     std::vector<double> many{0.0, 0.0, 0.0};
     std::span<double, 3> effort(many);

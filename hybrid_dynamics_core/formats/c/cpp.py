@@ -98,17 +98,24 @@ inline const char *status_text(int status) noexcept {{ return {p}_status_text(st
 def cpp_text(names: Names, traced: Sequence[TracedFunction]) -> str:
     """The text of ROBOT.hpp."""
     parts = [_HEAD.format(p=names.prefix)]
-    parts += [_function(names, one) for one in traced]
+    for one in traced:
+        parts.append(_function(names, one))
+        if one.split is not None:
+            parts.append(_function(names, one, has_guess=False))
     parts.append(f"}} /* namespace {names.prefix}_model */\n\n#endif /* {names.prefix}_HPP */\n")
     return "\n".join(parts)
 
 
-def _function(names: Names, traced: TracedFunction) -> str:
+def _function(names: Names, traced: TracedFunction, *, has_guess: bool = True) -> str:
     arguments = [f"In<{names.count(name)}> {name}" for name in traced.inputs]
-    arguments.append(f"Out<{len(names.coordinates)}> guess")
+    if has_guess:
+        arguments.append(f"Out<{len(names.coordinates)}> guess")
     arguments += [f"Out<{size}> {name}" for name, size in traced.results.items()]
     listed = ",\n    ".join(arguments)
-    pointers = ", ".join(f"{name}.data()" for name in (*traced.inputs, GUESS, *traced.results))
+    values = [f"{name}.data()" for name in (*traced.inputs, GUESS, *traced.results)]
+    if not has_guess:
+        values[len(traced.inputs)] = "nullptr"
+    pointers = ", ".join(values)
     return (
         f"inline int {traced.call.name}(\n    {listed}) noexcept\n{{\n"
         f"    return {names.prefix}_{traced.call.name}(\n        {pointers});\n}}\n"
