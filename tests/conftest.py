@@ -6,7 +6,7 @@ import gc
 import importlib.util
 import os
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 # One thread a process: several processes share the processors, and matrices are small.
@@ -160,14 +160,17 @@ def pytest_configure(config: pytest.Config) -> None:
     other half. Both find what the other one left.
     """
     if int(WORKER.removeprefix("gw")) % 2:
-        config.args = backwards(config.args)
+        config.args = backwards(config.args, config.getoption("ignore") or ())
 
 
-def backwards(places: list[str]) -> list[str]:
-    """The same tests in reverse order, those of the folder `tests` by its folders."""
+def backwards(places: list[str], ignored: Collection[str]) -> list[str]:
+    """The same tests in reverse order, those of the folder `tests` by its folders.
+
+    Folders that are named are read even where they are ignored, so those are left out.
+    """
     if places == [ROOT.name]:
-        folders = {file.parent.name for file in ROOT.glob("*/test_*.py")}
-        places = [f"{ROOT.name}/{folder}" for folder in sorted(folders)]
+        folders = {f"{ROOT.name}/{file.parent.name}" for file in ROOT.glob("*/test_*.py")}
+        places = sorted(folders.difference(ignored))
     return places[::-1]
 
 

@@ -184,8 +184,8 @@ class Constraints:
         # what has no limit becomes the row -1 <= 0
         has_limit = np.isfinite(here) & np.isfinite(above) & np.isfinite(below)
         here = np.where(has_limit, here, -1.0)
-        a = np.where(has_limit, at_unit_dds - here, 0.0)
-        rise = np.where(has_limit, above - below, 0.0)
+        a = np.subtract(at_unit_dds, here, out=np.zeros_like(here), where=has_limit)
+        rise = np.subtract(above, below, out=np.zeros_like(here), where=has_limit)
         b = rise / (2.0 * step[:, None])
         c = here - b * x[:, None]
         return Rows(a, b, c)

@@ -8,8 +8,9 @@ from hybrid_dynamics_core import Robot
 from tests.laws.inputs import of_motion, of_tasks  # noqa: F401  they list their laws
 from tests.laws.inputs.ask import LAWS, Ask, Law, optional_inputs
 
-# What no number tells: a display, and programs that only parts of a robot ask for.
-OTHERS = {"workspace.shown", "kernel.model"}
+# What no number tells: a display, and programs that only parts of a robot ask for; and what needs
+# compiled code, which tests/simulation/test_compiled_steps.py holds.
+OTHERS = {"workspace.shown", "kernel.model", "motion_steps.loads"}
 
 
 def test_every_optional_input_has_its_law() -> None:

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 
-from hybrid_dynamics_core import ClosedState, InputError, MassSingularityError, Robot, load
+from hybrid_dynamics_core import (
+    ClosedState,
+    InputError,
+    Loads,
+    MassSingularityError,
+    Robot,
+    load,
+)
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.kernels.run import is_native
 from hybrid_dynamics_core.robot.motion import motions
@@ -17,6 +24,8 @@ from hybrid_dynamics_core.robot.motion.steps import StepControl, Steps
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 from tests.generated.case import Case
 from tests.generated.robots import STATES, examples, robots
+from tests.laws.inputs.ask import near
+from tests.laws.inputs.of_motion import heavy, moving
 from tests.robots import random_states, robot
 from tests.sampling import swept
 
@@ -152,11 +161,24 @@ def test_steps_go_on_where_others_ended() -> None:
     np.testing.assert_array_equal(part.R, whole.R[:4])
 
 
-def advanced(machine: Robot, y: Array, tau: Array, most: int) -> Steps:
+@compiled
+def test_loads_are_as_in_the_description() -> None:
+    machine, state = moving()
+    loads, other = heavy(machine)
+    y = np.concatenate([state.u, state.du, [0.0]])
+    tau = machine.inverse_dynamics(state, np.zeros(state.n))
+    under = advanced(machine, y, tau, 20, loads)
+    described = advanced(other, y, tau, 20)
+    assert under.number == described.number
+    assert near(under.y, described.y, 1e-9)
+    assert not near(under.y[-1], advanced(machine, y, tau, 20).y[-1], 1e-3)
+
+
+def advanced(machine: Robot, y: Array, tau: Array, most: int, loads: Loads | None = None) -> Steps:
     """Some steps within 0.3 s."""
     n = len(machine.active)
     start = machine.close(y[:n], y[n : 2 * n])
-    integrator = machine.motion_steps()
+    integrator = machine.motion_steps(loads)
     assert integrator is not None
     control = StepControl(1e-3, np.inf, 1e-9, 1e-11, 10.0)
     return integrator.advance(start, y, tau, (0.0, 0.3), control, most)

@@ -89,7 +89,7 @@ def the_foundation_accelerates_the_centre_of_mass(ask: Ask) -> None:
 
 @law("spanning_terms.ddu")
 def multipliers_balance_the_tree(ask: Ask) -> None:
-    """Chu (2020), Eq. 10, at the passive coordinates, where nothing drives."""
+    """The DAE of Chu (2020), Eq. 10, at the passive coordinates, where nothing drives."""
     machine, state = moving()
     ddu = random_vector(machine, 4)
     terms = ask(machine, "spanning_terms", state, ddu=ddu)
