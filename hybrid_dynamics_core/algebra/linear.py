@@ -61,7 +61,7 @@ class Inverse:
             self.adjugate, self.divisor = _ADJUGATE[size](matrix)
             return
         order = order or range(size)
-        *inverse, _ = invert(list(chain.from_iterable(matrix[k] for k in order)), size)
+        inverse = invert(list(chain.from_iterable(matrix[k] for k in order)), size)
         self.adjugate = []
         for k in range(size):
             row = dict(zip(order, inverse[k * size : (k + 1) * size], strict=True))

@@ -34,12 +34,11 @@ def invert(entries: Scalars, size: int) -> list[Scalar]:
         size: number of rows.
 
     Returns:
-        The inverse row by row, NaN where the matrix is singular, then the determinant.
+        The inverse row by row, NaN where the matrix is singular.
     """
     symbol = _first_symbol(entries)
     if symbol is not None:
-        outputs = size * size + 1
-        result: list[Scalar] = symbol.graph.block("invert", size, outputs, [list(entries)])
+        result: list[Scalar] = symbol.graph.block("invert", size, size * size, [list(entries)])
         return result
     if any(isinstance(e, np.ndarray) for e in entries):
         return invert_columns(entries, size)
@@ -53,9 +52,9 @@ def invert_floats(entries: Sequence[float], size: int) -> list[float]:
     try:
         inverse = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
-        return [np.nan] * (size * size) + [0.0]
-    determinant = float(np.linalg.det(matrix))
-    return [*inverse.ravel().tolist(), determinant]
+        return [np.nan] * (size * size)
+    flat: list[float] = inverse.ravel().tolist()
+    return flat
 
 
 @np.errstate(all="ignore")  # the caller checks what is not finite
@@ -63,11 +62,16 @@ def invert_columns(entries: Scalars, size: int) -> list[Scalar]:
     """`invert` of many matrices, one array an entry."""
     columns = np.broadcast_arrays(*entries)
     matrices = np.stack(columns, axis=-1).reshape(-1, size, size)
-    determinant = np.linalg.det(matrices)
-    regular = np.isfinite(determinant) & (determinant != 0.0)
+    regular = _are_regular(matrices)
     inverse = np.full_like(matrices, np.nan)
     inverse[regular] = np.linalg.inv(matrices[regular])
-    return [*inverse.reshape(-1, size * size).T, determinant]
+    return [*inverse.reshape(-1, size * size).T]
+
+
+def _are_regular(matrices: Array) -> Flags:
+    """Which matrices have an inverse, also where the determinant is too small for a float."""
+    sign, logarithm = np.linalg.slogdet(matrices)
+    return np.asarray((sign != 0.0) & np.isfinite(logarithm))
 
 
 def newton(body: Body, guess: Scalars, parameters: Scalars) -> list[Scalar]:
@@ -146,8 +150,7 @@ def _newton_steps(body: Body, x: Array, constants: Array) -> tuple[Array, Flags]
     values = np.array(columns)
     residuals = values[:size].T
     jacobian = np.moveaxis(values[size:], 0, -1).reshape(-1, size, size)
-    regular = np.abs(np.linalg.det(jacobian)) > 0.0
-    finite = np.isfinite(values).all(axis=0) & regular
+    finite = np.isfinite(values).all(axis=0) & _are_regular(jacobian)
     jacobian[~finite] = np.eye(size)
     step = np.linalg.solve(jacobian, residuals[..., None])[..., 0]
     return step.T, finite

@@ -17,7 +17,7 @@ from ..ground.arrays import Array
 from ..ground.wording import counted, singular_or_plural
 from ..mechanism.configuration import Configuration, given_configuration
 from ..programs import Model, Outcome, OutcomeKind
-from ..programs.closure import SINGULAR
+from ..programs.model import SINGULAR
 from .assembly_modes import NUMBERED, SAME, Completeness, branch_names
 
 # first number of starts: several for each of the 40 modes that a Gough platform can have

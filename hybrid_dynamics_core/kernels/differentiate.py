@@ -245,9 +245,8 @@ def _is_zero(value: Scalar) -> bool:
 
 
 def _inverse_tangents(size: int, outputs: Operands, changes: Sequence[Tangent]) -> list[Tangent]:
-    """d(A^-1) = -A^-1 dA A^-1,  d(det A) = det A tr(A^-1 dA)."""
-    *entries, determinant = outputs
-    inverse = _rows(entries, size)
+    """d(A^-1) = -A^-1 dA A^-1."""
+    inverse = _rows(outputs, size)
     result: list[Tangent] = [{} for _ in outputs]
     for direction in _directions(changes):
         slope = [change.get(direction, 0.0) for change in changes]
@@ -255,9 +254,6 @@ def _inverse_tangents(size: int, outputs: Operands, changes: Sequence[Tangent]) 
         product = _product(relative, inverse)
         for k, entry in enumerate(chain.from_iterable(product)):
             result[k][direction] = -entry
-        diagonal = [relative[k][k] for k in range(size)]
-        trace = sum(diagonal[1:], diagonal[0])
-        result[-1][direction] = determinant * trace
     return result
 
 

@@ -40,12 +40,11 @@ class Block:
     def outputs(self) -> int:
         """Number of outputs.
 
-        They are the inverse and the determinant, or the solution and the number of iterations.
+        They are the inverse, or the solution and the number of iterations.
         """
-        count = self.size
         if self.body is None:
-            count = self.size**2
-        return count + 1
+            return self.size**2
+        return self.size + 1
 
     def symbols(self) -> list[Symbol]:
         """Symbols among the arguments, in order."""

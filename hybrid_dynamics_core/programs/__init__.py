@@ -25,7 +25,7 @@ from .energy import energy, motion, motion_and_configuration
 from .forward import forward_dynamics
 from .kinematics import forward_kinematics, jacobian, pose_and_jacobian
 from .matrices import coriolis_matrix, spanning_terms
-from .model import Inputs, Model, Program
+from .model import SINGULAR, Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind, kinds
 from .reactions import reactions
 from .regressor import regressor
@@ -39,6 +39,7 @@ __all__ = [
     "HYDRAULICS",
     "MOTION",
     "PLACE",
+    "SINGULAR",
     "SLACK_32",
     "STEP",
     "TARGET",

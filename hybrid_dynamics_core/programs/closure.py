@@ -12,8 +12,6 @@ from .following import Step
 from .model import AT_STATE, Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind
 
-SINGULAR = 1e-5  # reciprocal condition below which rates would lose half their digits
-
 
 def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], list[Scalar]]:
     """Close the loops.
@@ -31,7 +29,7 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     for k, block in enumerate(motion.blocks):
         checks.append(Check(block.margin, 0.0, unreachable(k)))
         singular = Outcome(OutcomeKind.SINGULAR, k).encode()
-        checks.append(Check(block.excess(model.tree, SINGULAR), 0.0, singular))
+        checks.append(Check(block.excess(model.tree, model.singular), 0.0, singular))
     half_turn = unreachable(len(distances))
     checks += [Check(guard, 0.0, half_turn) for guard in motion.guards]
     inconsistent = unreachable(len(distances) + 1)

@@ -27,6 +27,7 @@ ALONG_S = (
     *SPRINGS,
 )  # inputs with one entry a coordinate
 GRAVITY = 3
+SINGULAR = 1e-5  # of 64 bits
 
 
 @dataclass(frozen=True)
@@ -38,12 +39,14 @@ class Model:
         plan: closure plan.
         idle: indices of the active coordinates that nobody drives.
         closures: closures of the description.
+        singular: distance to a singularity below which rates would lose half their digits.
     """
 
     tree: Tree
     plan: ClosurePlan
     idle: tuple[int, ...] = ()
     closures: tuple[Closure, ...] = ()
+    singular: float = SINGULAR
 
     @lazy
     def regrouped(self) -> Tree:

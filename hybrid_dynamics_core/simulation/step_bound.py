@@ -52,7 +52,7 @@ class StepBound:
             allowed = LONGEST / fastest
         for k in self._middle_turns:
             room = ROOM * (SINGULAR_CHART - abs(state.s[k]))
-            if abs(state.ds[k]) * allowed > room:
+            if abs(state.ds[k]) > room / allowed:
                 allowed = room / abs(state.ds[k])
         return float(allowed)
 

@@ -25,6 +25,7 @@ from hybrid_dynamics_core.export import to_c
 from hybrid_dynamics_core.formats.c import parts, shared, writer
 from hybrid_dynamics_core.formats.c.calls import CALLS
 from hybrid_dynamics_core.formats.c.names import identifier
+from tests.hard_cases import linkages
 from tests.sampling import MORE_EXAMPLES, swept
 
 from .c_builds import WARNINGS, Built, build, needs_compiler, run, states
@@ -114,6 +115,16 @@ def test_float_has_no_double(tmp_path: Path) -> None:
     needed = [line.split()[-1] for line in run(tmp_path, "nm", "model.o").splitlines()]
     assert not {"sin", "cos", "sqrt", "atan2", "sincos"} & set(needed)
     assert "double" not in (tmp_path / "type_c.c").read_text(encoding="utf-8")
+
+
+@needs_compiler
+@pytest.mark.parametrize("size", [1e-3, 1e-2])
+def test_small_loops_are_regular_in_single_precision_too(size: float, tmp_path: Path) -> None:
+    """The distance to a singularity has no unit, whatever the bars measure."""
+    bar = linkages.robot(linkages.four_bar(5.0 * size, 2.0 * size, 4.0 * size, 3.0 * size))
+    assert float(bar.close(bar.reference).singularity) > 0.1
+    build(bar, tmp_path, ["close", "jacobian"], fast=True, real="float")
+    assert run(tmp_path, "./test_vectors").count(" 10 of 10 as the library") == 2
 
 
 @needs_compiler

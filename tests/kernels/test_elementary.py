@@ -155,21 +155,30 @@ def test_inverse_needs_pivots(backend: str, size: int) -> None:
     for matrix, entries in zip(matrices, found, strict=True):
         inverse, condition = np.linalg.inv(matrix), np.linalg.cond(matrix)
         assert (
-            np.abs(entries[:-1].reshape(size, size) - inverse).max()
+            np.abs(entries.reshape(size, size) - inverse).max()
             < 20 * ULP * condition * np.abs(inverse).max()
         )
-        assert entries[-1] == pytest.approx(np.linalg.det(matrix), rel=1e-12)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_singular_matrix_has_determinant_zero(backend: str) -> None:
+def test_a_singular_matrix_has_no_inverse(backend: str) -> None:
     kernel = Kernel(lambda a: Results({"inverse": invert(list(a), 4)}, []), [16], backend)
     singular = np.array([[1.0, 2, 0, 0], [2, 4, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]).ravel()
     for matrix in (singular, np.zeros(16)):
         found, status = kernel(matrix)
-        assert np.isnan(found["inverse"][:16]).all()
-        assert found["inverse"][16] == 0.0
+        assert np.isnan(found["inverse"]).all()
         assert status == -2
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("scale", [1e-90, 1e90])
+def test_determinants_may_be_beyond_floats(backend: str, scale: float) -> None:
+    kernel = Kernel(lambda a: Results({"inverse": invert(list(a), 9)}, []), [81], backend)
+    rng = np.random.default_rng(0)
+    matrices = rng.uniform(-1.0, 1.0, (3, 9, 9))
+    found = run_both(kernel, scale * matrices.reshape(3, -1))["inverse"]
+    inverse = np.linalg.inv(matrices)
+    assert found.reshape(3, 9, 9) * scale == pytest.approx(inverse, rel=1e-10)
 
 
 def circle_and_line(x: Any, p: Any) -> list[Any]:

@@ -136,3 +136,18 @@ def test_places_of_a_step_that_are_looked_at_are_a_tenth_of_a_radian_apart(move:
     more = StepBound(machine, np.inf).more_places(start, y)
     assert move / (1 + more) <= 0.1 + 1e-9
     assert more <= 10 * move + 1e-9
+
+
+def test_a_ball_joint_at_rest_is_simulated() -> None:
+    """No rate, and no longest step: warnings are errors here."""
+    pendulum = robot(
+        HEAD
+        + """\
+links: {base: {}, bob: {mass: 1, com: [0, 0, -1], inertia: {xx: 1, yy: 1, zz: 1}}}
+joints: {socket: {type: ball, parent: base, child: bob}}
+active: [socket]
+end_effector: {link: bob}
+"""
+    )
+    motion = simulate(pendulum, pendulum.reference, t_span=(0.0, 0.1))
+    assert np.abs(motion.u).max() < 1e-12

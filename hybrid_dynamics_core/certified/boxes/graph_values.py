@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-import numpy as np
-
 from ...ground.arrays import Array
 from ...kernels.graph import Graph, Operand, Symbol
 from ..interval import Interval
@@ -85,16 +83,12 @@ class GraphValues:
         nodes: dict[int, Interval],
         count: int,
     ) -> list[Interval]:
-        """The inverse of a matrix row by row, then its determinant, which is not bounded."""
+        """The inverse of a matrix row by row."""
         block = self._graph.blocks[number]
         (operands,) = block.arguments
         entries = [_output(x, nodes) for x in operands]
         matrix = IntervalMatrix.of(entries, block.size, count)
-        anything = Interval(
-            np.full(count, -np.inf),
-            np.full(count, np.inf),
-        )
-        return [*matrix.inverse().entries(), anything]
+        return matrix.inverse().entries()
 
 
 def _value(

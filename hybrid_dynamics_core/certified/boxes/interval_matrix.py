@@ -48,8 +48,8 @@ class IntervalMatrix(NamedTuple):
         if self.middle.shape[2] > TERMS:
             return inverse
         with np.errstate(all="ignore"):
-            determinants = np.linalg.det(self.middle)
-        usable = np.isfinite(determinants) & (determinants != 0.0)
+            sign, logarithm = np.linalg.slogdet(self.middle)
+        usable = (sign != 0.0) & np.isfinite(logarithm)
         usable &= np.isfinite(self.radius).all(axis=(1, 2))
         inverse[usable] = np.linalg.inv(self.middle[usable])
         return inverse

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from ... import programs
 from ...algebra.numerics import SMALL_STEP
 from ...kernels.trace import Check
 from ...programs import Outcome, OutcomeKind
@@ -23,14 +24,19 @@ class Precision:
     Attributes:
         near: [rad or m] a guess farther from closed belongs to another assembly mode, or to none.
         agreement: with the library, as a share of the largest result.
+        singular: distance to a singularity below which rates would lose half their digits.
     """
 
     near: float
     agreement: float
+    singular: float
 
 
-PRECISIONS = {"double": Precision(1e-4, 1e-10), "float": Precision(1e-3, 2e-3)}
-SINGULAR = 3e-4  # reciprocal condition below which rates would lose half their digits
+SINGULAR = 3e-4  # distance to a singularity, of 32 bits
+PRECISIONS = {
+    "double": Precision(1e-4, 1e-10, programs.SINGULAR),
+    "float": Precision(1e-3, 2e-3, SINGULAR),
+}
 OPEN = 1e-4  # residual of a redundant equation, in lengths of its loop
 SLACK = 2e-5  # [rad or m] of a move, for rounding
 SINGULAR_MASS = 1e-5  # share of the robot's scale of inertia
@@ -57,7 +63,7 @@ def loosened(check: Check, blocks: int) -> Check:
     threshold = check.threshold
     if kind is OutcomeKind.JUMP:
         threshold -= SLACK
-    elif kind is OutcomeKind.SINGULAR:
+    elif kind is OutcomeKind.SINGULAR and threshold:
         threshold = max(threshold, SINGULAR)
     elif kind is OutcomeKind.UNREACHABLE and block > blocks:
         threshold -= OPEN

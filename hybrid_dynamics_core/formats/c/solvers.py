@@ -44,11 +44,11 @@ static double nearest(double x)
 """
 
 ELIMINATE = """\
-/* Gauss and Jordan with pivoting on the rows [A | B] (n, width): B becomes A^-1 B. Returns det A.
-   The values of a singular matrix are not finite. */
+/* Gauss and Jordan with pivoting on the rows [A | B] (n, width): B becomes A^-1 B. Returns the
+   size of the least pivot: 0 of a singular matrix, whose values are not finite. */
 static double eliminate(double *a, int n, int width)
 {
-    double determinant = 1.0;
+    double least = (double)INFINITY;
     for (int c = 0; c < n; ++c) {
         double *line = a + c * width;
         double *other = line;
@@ -62,7 +62,7 @@ static double eliminate(double *a, int n, int width)
         }
         const double pivot = other[c];
         const double inverse = 1.0 / pivot;
-        determinant *= (other == line) ? pivot : -pivot;
+        least = (fabs(pivot) < least) ? fabs(pivot) : least;
         for (int k = 0; k < width; ++k) {
             const double x = line[k];
             const double y = other[k];
@@ -79,12 +79,12 @@ static double eliminate(double *a, int n, int width)
             }
         }
     }
-    return determinant;
+    return least;
 }
 """
 
 INVERT = """\
-/* The inverse of a (n, n) row by row, then the determinant; NaN and 0 of a singular matrix. */
+/* The inverse of a (n, n) row by row; NaN of a singular matrix. */
 static void invert(int n, const double *a, double *work, double *out)
 {
     for (int r = 0; r < n; ++r) {
@@ -93,14 +93,12 @@ static void invert(int n, const double *a, double *work, double *out)
             work[2 * n * r + n + c] = (r == c) ? 1.0 : 0.0;
         }
     }
-    const double determinant = eliminate(work, n, 2 * n);
-    const int regular = determinant < 0.0 || determinant > 0.0;
+    const int regular = eliminate(work, n, 2 * n) > 0.0;
     for (int r = 0; r < n; ++r) {
         for (int c = 0; c < n; ++c) {
             out[n * r + c] = regular ? work[2 * n * r + n + c] : (double)NAN;
         }
     }
-    out[n * n] = regular ? determinant : 0.0;
 }
 """
 

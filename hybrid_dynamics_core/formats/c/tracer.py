@@ -92,7 +92,7 @@ class Tracer:
         model = RobotModel.from_description(robot.description)
         loads = described_loads(model.description, model.coordinates)
         self._robot_model = model
-        self._model = model.program_model
+        self._model = replace(model.program_model, singular=PRECISIONS[real].singular)
         self._frame = model.frame(None)
         pattern, values = pack_loads(loads, model.tree, model.frame, None)
         self._pattern = pattern.under_any_gravity()  # an argument of the functions

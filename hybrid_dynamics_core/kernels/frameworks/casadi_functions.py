@@ -160,10 +160,10 @@ class _Stages:
 
 
 def _inverted(entries: Expression, size: int) -> Expression:
-    """The inverse of a matrix row by row, then its determinant (size * size + 1)."""
+    """The inverse of a matrix row by row (size * size)."""
     matrix = casadi.reshape(entries, size, size).T
     inverse = casadi.inv(matrix)
-    return casadi.vertcat(casadi.vec(inverse.T), casadi.det(matrix))
+    return casadi.vec(inverse.T)
 
 
 def _solved(body: Trace, size: int, guess: Expression, parameters: Expression) -> Expression:

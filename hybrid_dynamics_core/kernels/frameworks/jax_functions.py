@@ -131,15 +131,14 @@ def _first(vectors: Vectors) -> Array:
 
 
 def _inverted(entries: Sequence[Array], size: int) -> list[Array]:
-    """The inverse of a matrix row by row, then its determinant."""
+    """The inverse of a matrix row by row."""
     rows = _rows(entries, size)
     one = jnp.ones_like(entries[0])
     zero = jnp.zeros_like(entries[0])
     unit = [[zero] * size for _ in range(size)]
     for k in range(size):
         unit[k][k] = one
-    inverse, determinant = _eliminated(rows, unit)
-    return [*chain.from_iterable(inverse), determinant]
+    return [*chain.from_iterable(_eliminated(rows, unit))]
 
 
 def _solved(
@@ -265,20 +264,17 @@ def _maximum(values: Sequence[Array]) -> Array:
 
 def _solve_linear(rows: list[list[Array]], right: Sequence[Array]) -> list[Array]:
     """A^-1 b; not finite if A is singular."""
-    solution, _ = _eliminated(rows, [[x] for x in right])
+    solution = _eliminated(rows, [[x] for x in right])
     return [row[0] for row in solution]
 
 
-def _eliminated(
-    left: list[list[Array]], right: list[list[Array]]
-) -> tuple[list[list[Array]], Array]:
-    """A^-1 B and det A, by Gauss-Jordan elimination with pivoting, state by state.
+def _eliminated(left: list[list[Array]], right: list[list[Array]]) -> list[list[Array]]:
+    """A^-1 B, by Gauss-Jordan elimination with pivoting, state by state.
 
     LAPACK would take longer for the few unknowns of a loop than the whole closure.
     """
     size = len(left)
     rows = [[*a, *b] for a, b in zip(left, right, strict=True)]
-    determinant = jnp.ones_like(rows[0][0])
     for c in range(size):
         for r in range(c + 1, size):
             upper = rows[c]
@@ -287,9 +283,7 @@ def _eliminated(
             pairs = list(zip(upper, lower, strict=True))
             rows[c] = [jnp.where(swaps, b, a) for a, b in pairs]
             rows[r] = [jnp.where(swaps, a, b) for a, b in pairs]
-            determinant = jnp.where(swaps, -determinant, determinant)
         pivot = rows[c][c]
-        determinant = determinant * pivot
         rows[c] = [x / pivot for x in rows[c]]
         for r in range(size):
             if r != c:
@@ -297,4 +291,4 @@ def _eliminated(
                 pairs = list(zip(rows[r], rows[c], strict=True))
                 rows[r] = [x - factor * y for x, y in pairs]
         rows = lax.optimization_barrier(rows)  # XLA would repeat a column in each later entry
-    return [row[size:] for row in rows], determinant
+    return [row[size:] for row in rows]

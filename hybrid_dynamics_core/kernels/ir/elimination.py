@@ -17,6 +17,7 @@ LARGEST_WRITTEN = 8
 GROWTH = 8.0
 _ONE, _ZERO = constant(1.0), constant(0.0)
 _NAN = constant(float("nan"))
+_INFINITE = constant(float("inf"))
 
 # name of a value; None for an entry that is always zero
 Entry = str | None
@@ -27,7 +28,6 @@ class Elimination:
 
     Attributes:
         safe: mask of the lanes in which the factors may be used.
-        determinant: name of the determinant.
     """
 
     def __init__(self, lanes: Lanes, matrix: Sequence[Sequence[Entry]]) -> None:
@@ -35,7 +35,6 @@ class Elimination:
         self._rows = [list(row) for row in matrix]
         self._inverses: list[str] = []
         self.safe = lanes.splat("i1", "true")
-        self.determinant = lanes.constant(1.0)
         for k in range(len(self._rows)):
             self._eliminate(k)
 
@@ -58,7 +57,6 @@ class Elimination:
         pivot = self._rows[k][k] or lanes.constant(0.0)
         below = range(k + 1, len(self._rows))
         self._watch(pivot, [self._rows[i][k] for i in below])
-        self.determinant = lanes.arithmetic("fmul", self.determinant, pivot)
         inverse = lanes.arithmetic("fdiv", lanes.constant(1.0), pivot)
         self._inverses.append(inverse)
         for i in below:
@@ -94,7 +92,7 @@ class Elimination:
 
 
 def invert_function(n: int, zeros: int, width: int) -> str:
-    """`@invert.N.Z.W(a, out)`: the inverse row by row, then the determinant, in each lane.
+    """`@invert.N.Z.W(a, out)`: the inverse row by row, in each lane.
 
     Args:
         n: number of rows.
@@ -117,13 +115,12 @@ def invert_function(n: int, zeros: int, width: int) -> str:
             for r, value in enumerate(factors.solve(unit)):
                 entry = value or lanes.constant(0.0)
                 f.store(entry, "%out", r * n + c, kind=lanes.kind)
-        f.store(factors.determinant, "%out", n * n, kind=lanes.kind)
-    matrix, result = f.slot("double", n * n), f.slot("double", n * n + 1)
+    matrix, result = f.slot("double", n * n), f.slot("double", n * n)
     with lanes.each_without(safe) as lane:
         for k in range(n * n):
             f.store(f.load("%a", k * width, lane), matrix, k)
         f.do(f"call void @invert.{n}(ptr {matrix}, ptr {result})")
-        for k in range(n * n + 1):
+        for k in range(n * n):
             f.store(f.load(result, k), "%out", k * width, lane)
     f.do("ret void")
     return f.text()
@@ -137,23 +134,23 @@ def invert_name(n: int, zeros: int, width: int) -> str:
 def pivoting_function(n: int, m: int) -> str:
     """`@eliminate.N.M(a)`: Gauss and Jordan with pivoting on the rows [A | B] (n, n + m).
 
-    It replaces B by A^-1 B and returns det A. For a singular matrix the values are not finite, and
-    the determinant is 0 or NaN.
+    It replaces B by A^-1 B and returns the size of the least pivot. For a singular matrix the
+    values are not finite, and the least pivot is 0.
     """
     width = n + m
     f = Function(f"define internal double @eliminate.{n}.{m}(ptr %a) noinline")
-    determinant = f.slot("double")
+    least = f.slot("double")
     largest = f.slot("double")
     row = f.slot("i64")
-    f.store(_ONE, determinant)
+    f.store(_INFINITE, least)
     with f.loop(0, n) as c:
         line = f.row("%a", c, width)
         _find_pivot(f, n, width, c, largest, row)
-        _normalise_pivot(f, width, c, line, row, determinant)
+        _normalise_pivot(f, width, c, line, row, least)
         with f.loop(0, n) as r, f.when(f.let(f"icmp ne i64 {r}, {c}")):
             target = f.row("%a", r, width)
             _subtract_line(f, width, c, line, target)
-    value = f.load(determinant)
+    value = f.load(least)
     f.do(f"ret double {value}")
     return f.text()
 
@@ -171,18 +168,14 @@ def _find_pivot(f: Function, n: int, width: int, c: str, largest: str, row: str)
             f.store(r, row, kind="i64")
 
 
-def _normalise_pivot(
-    f: Function, width: int, c: str, line: str, row: str, determinant: str
-) -> None:
-    """Swap the pivot row with row c, divide row c by the pivot, update the determinant."""
+def _normalise_pivot(f: Function, width: int, c: str, line: str, row: str, least: str) -> None:
+    """Swap the pivot row with row c, divide row c by the pivot, update the least pivot."""
     best = f.load(row, kind="i64")
     other = f.row("%a", best, width)
     pivot = f.load(other, c)
-    is_swapped = f.let(f"icmp ne i64 {best}, {c}")
-    negative = f.let(f"fneg double {pivot}")
-    signed = f.let(f"select i1 {is_swapped}, double {negative}, double {pivot}")
-    product = f.let(f"fmul double {f.load(determinant)}, {signed}")
-    f.store(product, determinant)
+    size, before = f.absolute(pivot), f.load(least)
+    is_less = f.let(f"fcmp olt double {size}, {before}")
+    f.store(f.let(f"select i1 {is_less}, double {size}, double {before}"), least)
     inverse = f.let(f"fdiv double {_ONE}, {pivot}")
     with f.loop(0, width) as k:
         x = f.load(line, k)
@@ -203,10 +196,7 @@ def _subtract_line(f: Function, width: int, c: str, line: str, target: str) -> N
 
 
 def pivoting_invert(n: int) -> str:
-    """`@invert.N(a, out)`: the inverse row by row, then the determinant.
-
-    For a singular matrix these are NaN and 0.
-    """
+    """`@invert.N(a, out)`: the inverse row by row; NaN for a singular matrix."""
     f = Function(f"define internal void @invert.{n}(ptr %a, ptr %out)")
     work = f.slot("double", 2 * n * n)
     with f.loop(0, n) as r, f.loop(0, n) as c:
@@ -216,14 +206,12 @@ def pivoting_invert(n: int) -> str:
         f.store(entry, work, line, c)
         entry = f.let(f"select i1 {is_diagonal}, double {_ONE}, double {_ZERO}")
         f.store(entry, work, line, c, n)
-    determinant = f.let(f"call double @eliminate.{n}.{n}(ptr {work})")
-    is_regular = f.let(f"fcmp one double {determinant}, {_ZERO}")
+    least = f.let(f"call double @eliminate.{n}.{n}(ptr {work})")
+    is_regular = f.let(f"fcmp ogt double {least}, {_ZERO}")
     with f.loop(0, n) as r, f.loop(0, n) as c:
         line = f.product(r, 2 * n)
         value = f.load(work, line, c, n)
         value = f.let(f"select i1 {is_regular}, double {value}, double {_NAN}")
         f.store(value, "%out", f.product(r, n), c)
-    determinant = f.let(f"select i1 {is_regular}, double {determinant}, double {_ZERO}")
-    f.store(determinant, "%out", n * n)
     f.do("ret void")
     return f.text()

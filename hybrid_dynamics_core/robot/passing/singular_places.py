@@ -14,7 +14,7 @@ from ...closed_state.passages.recorded import Passed, recorded
 from ...closed_state.state import ClosedState, ClosureStatus
 from ...closure.constraints.equations import LoopEquations
 from ...ground.arrays import Array, frozen
-from ...programs.closure import SINGULAR
+from ...programs.model import SINGULAR
 from ..closure import Closure
 from ..model import RobotModel
 from ..state_builder import StateBuilder
