@@ -166,9 +166,9 @@ def _row(
     if mode["own"]:
         name += "*"
     position = by_name("xyz", mode["position"].tolist())
-    ways = [mode["branch"][loop] for loop in loops]
+    senses = [mode["branch"][loop] for loop in loops]
     places = [position[axis] for axis in axes]
-    return [name, *ways, mode["singularity"], *places]
+    return [name, *senses, mode["singularity"], *places]
 
 
 def _mark(current: int | None, undecided: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
 """Differences of model and measurement, and their derivatives with respect to parameters.
 
 Loops stay closed while a parameter changes: the passive coordinates follow by the implicit function
-of the closure. The geometry is moved both ways, and each difference is a central one.
+of the closure. The geometry is moved in both directions, and each difference is a central one.
 """
 
 from __future__ import annotations

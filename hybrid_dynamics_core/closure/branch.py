@@ -228,24 +228,24 @@ def _require_decided(
 ) -> None:
     """Raise if a loop closes in several modes; the error gives the joint values of each."""
     tree = context.tree
-    ways: dict[str, str] = {}
+    joints_of: dict[str, str] = {}
     for sign, mode in zip(block.signs, block.modes, strict=True):
         if _solve_margin(block, configuration, sign, guess) > 0.0:
             joints = [tree.value_text(k, configuration.q[k], digits=4) for k in block.unknowns]
-            ways[mode] = ", ".join(joints)
-    if len(ways) < 2:
+            joints_of[mode] = ", ".join(joints)
+    if len(joints_of) < 2:
         return
-    text = " or ".join(f"{mode} ({joints})" for mode, joints in ways.items())
+    text = " or ".join(f"{mode} ({joints})" for mode, joints in joints_of.items())
     problem = (
         f"closes in more than one way: {text}; name one as assembly, or give its joints in"
         " reference"
     )
     error = robot.error(robot.closure_key(block.loops[0]), problem)
-    raise UndecidedModeError(error, loop=block.loops[0], modes=tuple(ways))
+    raise UndecidedModeError(error, loop=block.loops[0], modes=tuple(joints_of))
 
 
 def _is_open(loop: LoopEquations, configuration: Configuration) -> bool:
-    """Whether a loop is open, or its frames face opposite ways."""
+    """Whether a loop is open, or its frames face in opposite directions."""
     return not _residual(loop, configuration) < CLOSED or _is_opposed(loop, configuration)
 
 
@@ -256,7 +256,7 @@ def _residual(loop: LoopEquations, configuration: Configuration) -> float:
 
 
 def _is_opposed(loop: LoopEquations, configuration: Configuration) -> bool:
-    """Whether frames that a loop ties face opposite ways."""
+    """Whether frames that a loop ties face in opposite directions."""
     return any(not float(guard) > 0.0 for guard in loop.guards(configuration))
 
 
@@ -270,7 +270,7 @@ def _require_closed(
     for loop in loops:
         if not _is_open(loop, configuration):
             continue
-        problem = "its frames face opposite ways"
+        problem = "its frames face in opposite directions"
         if not _is_opposed(loop, configuration):
             gap = describe_gap(context.tree, robot, loop.name, configuration)
             error = _residual(loop, configuration)

@@ -100,13 +100,13 @@ reference:
         end = self.ground + self.rocker * np.exp(1j * self.rocker_angle)
         product = (self.ground - first) * np.conj(end - first)
         side = -np.sign(product.imag)
-        ways = self.ground - starts
-        sizes = np.abs(ways)
+        lines = self.ground - starts
+        sizes = np.abs(lines)
         squares = sizes**2 + self.coupler**2 - self.rocker**2
         cosines = squares / (2.0 * self.coupler * sizes)
         with np.errstate(invalid="ignore"):
             bends = np.arccos(cosines)
-        return np.asarray(ways / sizes * np.exp(1j * side * bends))
+        return np.asarray(lines / sizes * np.exp(1j * side * bends))
 
 
 class Dyad(NamedTuple):

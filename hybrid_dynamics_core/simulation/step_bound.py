@@ -73,9 +73,9 @@ class StepBound:
             R: (K, n_s, n), at the starts of the steps.
         """
         moves = np.abs(np.diff(u, axis=1)).sum(axis=1)
-        ways = np.einsum("kij,kj->ki", np.abs(R[:, self._angles]), moves)
-        way = float(ways.max(initial=0.0))
-        return int(min(way / APART, MOST)) if np.isfinite(way) else MOST
+        angles = np.einsum("kij,kj->ki", np.abs(R[:, self._angles]), moves)
+        largest = float(angles.max(initial=0.0))
+        return int(min(largest / APART, MOST)) if np.isfinite(largest) else MOST
 
     def is_too_long(self, start: ClosedState, states: ClosedState) -> bool:
         """Whether an angle deviates by a quarter turn from the prediction at the start of a step.

@@ -117,10 +117,10 @@ class Play:
         """Random displacements (count, size); zero for a pressed pin."""
         if self.towards is not None:
             return np.zeros((count, size))
-        ways = rng.standard_normal((count, size))
-        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        directions = rng.standard_normal((count, size))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         share = rng.uniform(0.0, 1.0, (count, 1)) ** (1.0 / size)
-        drawn: Array = self.half * share * ways
+        drawn: Array = self.half * share * directions
         return drawn
 
 

@@ -1,7 +1,7 @@
 """How the pose of a frame changes with what varies, the loops staying closed.
 
-Each column is moved both ways. The passive coordinates follow by the implicit function of the
-closure, and each derivative is a central difference.
+Each column is moved in both directions. The passive coordinates follow by the implicit function of
+the closure, and each derivative is a central difference.
 """
 
 from __future__ import annotations

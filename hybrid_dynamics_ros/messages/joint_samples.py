@@ -45,7 +45,7 @@ class RejectionCode(Enum):
     """Reasons for rejections."""
 
     EMPTY = "empty"  # no joint names at all
-    WRONG_LENGTH = "wrong length"  # an array has not one value for each name
+    WRONG_LENGTH = "wrong length"  # an array does not have one value for each name
     DUPLICATE_JOINT = "duplicate joint"  # an active joint is named twice
     MISSING_JOINT = "missing joint"  # an active joint is not named
     NOT_FINITE = "not finite"  # NaN or infinity for an active joint

@@ -64,7 +64,8 @@ PARTIAL_AGE: Final = Parameter[float](
     "partial_messages.max_age",
     0.2,
     "Messages that have some of the measured joints are joined where their stamps are no further"
-    " apart than this; pressures are joined with joint states so too. 0: they are refused.",
+    " apart than this. Pressures are joined with joint states within the same time. 0: they are"
+    " refused.",
     unit="s",
     bounds=(0.0, 3600.0),
     change=ChangeTime.ANY_TIME,
@@ -101,7 +102,7 @@ ESTIMATION_DELAY: Final = Parameter[float](
 PASS_THROUGH: Final = Parameter[bool](
     "pass_through",
     False,
-    "Whether joints of the input that the robot has not, as of a gripper, go out on"
+    "Whether joints of the input that are no joints of the robot, such as a gripper, go out on"
     " ~/joint_states.",
     kind=bool,
 )

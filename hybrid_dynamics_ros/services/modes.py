@@ -115,9 +115,9 @@ def _why_no_mode(requested: Mapping[str, str], branches: Sequence[Mapping[str, s
     for loop, name in requested.items():
         names = list(dict.fromkeys(branch[loop] for branch in branches if loop in branch))
         if name not in names:
-            ways = ", ".join(names[:_MOST_LISTED]) or "in no way"
+            senses = ", ".join(names[:_MOST_LISTED]) or "in no way"
             hint = suggestion(name, names)
-            return f"loop '{loop}' does not close as '{name}' here{hint}; it closes as {ways}"
+            return f"loop '{loop}' does not close as '{name}' here{hint}; it closes as {senses}"
     return (
         f"the loops close in {counted(len(branches), 'way')} here, and so together in none of"
         " them; list_assembly_modes lists them"

@@ -1,4 +1,4 @@
-"""Joints that the robot has not: they pass through, in recordings as in the stream."""
+"""Joints that are no joints of the robot: they pass through, in recordings as in the stream."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A generic complex platform with its forty solutions, where all homotopies begin.
 
-One solution is chosen, and legs of random complex geometry that fit it. Going round closed ways in
+One solution is chosen, and legs of random complex geometry that fit it. Going round closed paths in
 the space of geometries permutes the solutions and reaches the others (monodromy). Nothing has to
 be trusted here: what is proved later is proved of the ends.
 """

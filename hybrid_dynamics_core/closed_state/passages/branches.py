@@ -171,31 +171,31 @@ class _Place:
     ) -> Array | None:
         """Rates of the motion in which a block goes the other way; None if there is none."""
         size = max(float(np.abs(rates).max()), TINY)
-        ways = {k: size * self._directions[k] for k in self.singular}
+        changes = {k: size * self._directions[k] for k in self.singular}
         quadratic = self._along(
             block,
             rates,
-            ways[block],
+            changes[block],
         )
         if quadratic.is_linear:
             # its other root is infinite: the given coordinates are at rest
-            result = ways[block]
+            result = changes[block]
         else:
             share = quadratic.farthest()
             if share is None:
                 return None
-            result = rates + share * ways[block]
+            result = rates + share * changes[block]
         for later in self.singular:
             if later <= block:
                 continue
             share = self._along(
                 later,
                 result,
-                ways[later],
+                changes[later],
             ).nearest()
             if share is None:
                 return None
-            result = result + share * ways[later]
+            result = result + share * changes[later]
         if np.abs(result - rates).max() <= SAME * size:
             return None
         return result

@@ -11,9 +11,9 @@ def weights(places: Array, x: float) -> Array:
     """Weights (m,) of the values at m places, in the polynomial's value at x."""
     gaps = places[:, None] - places
     np.fill_diagonal(gaps, 1.0)
-    ways = np.tile(x - places, (len(places), 1))
-    np.fill_diagonal(ways, 1.0)
-    return np.asarray(np.prod(ways / gaps, axis=1))
+    distances = np.tile(x - places, (len(places), 1))
+    np.fill_diagonal(distances, 1.0)
+    return np.asarray(np.prod(distances / gaps, axis=1))
 
 
 def slope_weights(places: Array, x: float) -> Array:

@@ -78,8 +78,8 @@ class _Path:
         self._rows_of_signs: list[Array] = []
         self._at_places: dict[int, Array] = {}
         self._passages: list[Passage] = []
-        # ways on from a place at which a row is: on the branch beyond it, or back
-        self._ways: list[tuple[Start, Array]] = []
+        # branches on from a place at which a row is: on the branch beyond it, or back
+        self._branches: list[tuple[Start, Array]] = []
 
     def result(self) -> ThroughPath:
         """The motion as far as it was followed."""
@@ -122,7 +122,7 @@ class _Path:
 
     def _regular(self, start: Start | None) -> Start | None:
         """Follow rows until one fails; returns the last configuration."""
-        if self._ways:
+        if self._branches:
             start = self._leave()
         u = self._u[self._done :]
         values, codes = self._solver.path(u, np.zeros_like(u), self._signs, start)
@@ -138,13 +138,13 @@ class _Path:
     def _leave(self) -> Start:
         """The side of the place on which the next row is: beyond it, if that can be reached."""
         u = self._u[self._done]
-        ways, self._ways = self._ways, []
-        for start, signs in ways:
+        branches, self._branches = self._branches, []
+        for start, signs in branches:
             _, code = self._solver.close(u, np.zeros_like(u), signs, start)
             if code == GOOD:
                 self._signs = signs
                 return start
-        start, self._signs = ways[0]
+        start, self._signs = branches[0]
         return start
 
     def _add(
@@ -176,9 +176,9 @@ class _Path:
             return crossing.exit()
         entry = len(crossing.places.x) // 2 - 1
         back = Start(crossing.places.s[entry], crossing.places.maps[entry])
-        self._ways = [(crossing.exit(), crossing.beyond), (back, before)]
+        self._branches = [(crossing.exit(), crossing.beyond), (back, before)]
         if crossing.kind is PassageKind.TOGGLE:
-            self._ways.pop()
+            self._branches.pop()
         return crossing.exit()
 
     def _stop_at(self, crossing: Crossing) -> bool:

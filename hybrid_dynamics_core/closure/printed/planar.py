@@ -81,14 +81,14 @@ class _Loop(DrawnLoop):
         if any(self.robot.joints[name].type != "revolute" for name in self.joints):
             return []
         flat = np.eye(3) - np.outer(normal, normal)
-        ways: list[list[Array]] = []
+        sides: list[list[Array]] = []
         points = (self.closure.point_a, self.closure.point_b)
         for path, end, point in zip(self.paths, self.ends, points, strict=True):
             rotation, origin = end
             places = [self.origins[name] for name in path]
             places.append(rotation @ point + origin)
-            ways.append([flat @ place for place in places])
-        out, back = ways
+            sides.append([flat @ place for place in places])
+        out, back = sides
         first = [end - start for start, end in pairwise(out)]
         second = [start - end for start, end in pairwise(back)]
         return [*first, *reversed(second), out[0] - back[0]]

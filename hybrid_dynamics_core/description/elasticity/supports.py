@@ -51,7 +51,7 @@ class OilColumn:
 
 @dataclass(frozen=True)
 class Belt:
-    """A tensioned belt, or a rope or chain, that both ways runs to the drive.
+    """A tensioned belt, or a rope or chain, that runs to the drive in both directions.
 
     Attributes:
         tensile_stiffness: force per strain of one strand, E A [N].

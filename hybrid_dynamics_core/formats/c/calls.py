@@ -203,7 +203,7 @@ CALLS = (
         _same(*programs.HYDRAULICS),
         _hydraulics,
         "force [N], chamber pressures [Pa], flows into the chambers [m^3/s], flow from the supply,"
-        "\n   power [W] and ways to the ends of the stroke [m], one entry for each cylinder",
+        "\n   power [W] and distances to the ends of the stroke [m], one entry for each cylinder",
         on_request=True,
         lacks=_no_cylinders,
         open=("to_lower", "to_upper"),

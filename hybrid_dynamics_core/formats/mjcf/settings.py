@@ -99,7 +99,7 @@ class Settings:
         """Whether drives take the weights that are compensated.
 
         Raises:
-            DescriptionError: some of the joints before them have such drives, others have not.
+            DescriptionError: some of the joints before them have such drives, others do not.
         """
         content = self.model.content
         carrying: set[int] = set()

@@ -25,7 +25,7 @@ from ...programs.live import LiveModel
 from ..model import RobotModel
 
 _NOT_COMPUTED_WITH = ("limits",)
-SAME = 1e-9  # relative, or in SI units below one: rounding of two ways to one constant
+SAME = 1e-9  # relative, or in SI units below one: rounding of one constant, computed twice
 
 
 def difference(
