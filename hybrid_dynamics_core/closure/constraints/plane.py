@@ -104,9 +104,9 @@ def _require_one_direction(axes: Sequence[_JointAxis], outside: Sequence[Sequenc
         return
     first, second = turning
     if [*outside[0], *outside[1]] == [second.joint, first.joint]:
-        axes = " and ".join(f"'{one.joint}' about [{_text(one.axis)}]" for one in turning)
+        listed = " and ".join(f"'{one.joint}' about [{_text(one.axis)}]" for one in turning)
         raise ValueError(
-            f"joints turn about different axes, {axes}; mend the rpy of one's origin, or its axis"
+            f"joints turn about different axes, {listed}; mend the rpy of one's origin, or its axis"
         )
 
 
