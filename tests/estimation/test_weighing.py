@@ -18,6 +18,7 @@ from hybrid_dynamics_core.estimation import (
     MeasuredRun,
     SensorError,
     Tolerances,
+    deviation_of,
     estimate_payload,
 )
 from tests.sampling import examples
@@ -161,6 +162,18 @@ def test_friction_that_grows_with_the_force_is_found_from_the_motion(excavator, 
     assert estimate.interval[0] < 1200.0 < estimate.interval[1]
     alone = estimate_payload(loaded)
     assert alone.interval[0] < 1200.0 < alone.interval[1]
+
+
+def test_a_large_share_of_friction_is_found_beyond_first_order(excavator, motion):
+    """12 % of the force; an estimate that is not linearised again is off by the square of it."""
+    _, state, _ = motion
+    efforts = efforts_of(excavator, motion, 0.0)
+    for name, force in efforts.items():
+        rate = state.ds[:, excavator.coordinates.index(name)]
+        efforts[name] = force + 0.12 * np.abs(force) * np.sign(rate)
+    run = run_of(excavator, motion, efforts)
+    shares = deviation_of(run, excavator.loads, Tolerances()).values[-len(efforts) :]
+    assert np.abs(shares - 0.12).max() < 0.12**2
 
 
 @pytest.mark.parametrize("seed", [11, 12])
