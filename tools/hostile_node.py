@@ -10,6 +10,7 @@ import argparse
 import itertools
 import math
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -37,7 +38,9 @@ from hybrid_dynamics_ros.stream.sequence_gaps import SequenceGaps
 _NODE: Final = "/hybrid_dynamics"
 _NAMES: Final = ["q1", "q12", "q22", "q4"]
 _POSITION: Final = [0.0, 0.1, 0.15, 0.0]
-_KEYS: Final = ("received", "left out under overload", "lost on the way")
+_RECEIVED, _LOST = "received", "lost on the way"
+_KEYS: Final = (_RECEIVED, "left out under overload", "left out while not active", _LOST)
+_PARTS: Final = re.compile(r"(\d+) (accepted|with some joints|rejected)")  # of received
 _STAMP: Final = struct.Struct("<iI")  # of a header in CDR, behind four bytes that name the encoding
 _CALL_EVERY: Final = 20  # states
 _PATIENCE: Final = 60.0  # [s] for an answer
@@ -51,15 +54,17 @@ class Attacker:
         self._executor = make_executor()
         self._executor.add_node(self.node)
         self.values: dict[str, str] = {}
-        self.answered: set[int] = set()
+        self.reports = 0
         self.sent = 0
+        self.answered = 0
+        self.waiting: set[int] = set()  # stamps of states without an answer
         queue = QoSProfile(depth=1000)
         self._states = self.node.create_publisher(JointState, f"{_NODE}/active_joint_states", queue)
-        answers = self.node.create_subscription(
+        self._answers = self.node.create_subscription(
             JointState, f"{_NODE}/joint_states", self._on_answer, queue, raw=True
         )
         # By its signature the callback would get the message alone.
-        answers._callback_type = Subscription.CallbackType.WithMessageInfo  # noqa: SLF001
+        self._answers._callback_type = Subscription.CallbackType.WithMessageInfo  # noqa: SLF001
         self.gaps = SequenceGaps(self._answering)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_report, 10)
         kinds = {service.name: service.kind for service in TABLE}
@@ -83,18 +88,21 @@ class Attacker:
         message, information = taken[0] if len(taken) == 1 else taken
         self.gaps.note(information["publication_sequence_number"])
         seconds, nanoseconds = _STAMP.unpack_from(message, 4)
-        self.answered.add(seconds * 10**9 + nanoseconds)
+        self.waiting.discard(seconds * 10**9 + nanoseconds)
+        self.answered += 1
 
     def _on_report(self, report: DiagnosticArray) -> None:
         for status in report.status:
             if status.name.endswith(": stream"):
                 self.values = {entry.key: entry.value for entry in status.values}
+                self.reports += 1
 
     def send(self, **fields: Any) -> int:
         """Publish a state; its stamp [ns]."""
         now = time.time_ns()
         message = JointState(**{"name": _NAMES, "position": _POSITION, **fields})
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 10**9)
+        self.waiting.add(now)
         self._states.publish(message)
         self.sent += 1
         return now
@@ -109,19 +117,43 @@ class Attacker:
     def answers(self) -> bool:
         """Whether the node answers a new state and a call."""
         future = self.clients["get_state"].call_async(GetState.Request())
-        stamps = {self.send()}
+        stamp = self.send()
+        return self.wait(lambda: bool(future.done() and stamp not in self.waiting))
 
-        def is_answered() -> bool:
-            return bool(future.done() and stamps & self.answered)
+    @property
+    def is_connected(self) -> bool:
+        """Whether states reach the node, and answers this tool.
 
-        return self.wait(is_answered)
+        A state that is sent before reaches nobody, and nobody can count it.
+        """
+        has_ends = self._states.get_subscription_count() and self._answers.get_publisher_count()
+        return bool(has_ends and self.values)
+
+    def numbers(self) -> dict[str, int]:
+        """What the newest report of the node counts: all states, and parts of those received."""
+        numbers = {key: int(self.values.get(key, "0")) for key in _KEYS}
+        parts = {"accepted": 0, "with some joints": 0, "rejected": 0}
+        for number, part in _PARTS.findall(self.values.get("counts", "")):
+            parts[part] += int(number)
+        return numbers | parts
 
     def counted(self) -> str:
-        """What the node says of the states so far."""
-        self.wait(lambda: False, 2.5)  # two reports
-        numbers = [int(self.values.get(key, "0")) for key in _KEYS]
-        parts = [f"{key} {number}" for key, number in zip(_KEYS, numbers, strict=True)]
-        return f"sent {self.sent}, counted {sum(numbers)} ({', '.join(parts)})"
+        """What the node says of the states so far, and whether each is counted once."""
+        begin = self.reports
+        self.wait(lambda: self.reports > begin + 1)  # the first may have begun before
+        numbers = self.numbers()
+        total = sum(numbers[key] for key in _KEYS)
+        parts = sum(numbers.values()) - total
+        answers = self.answered + self.gaps.lost
+        is_exact = (total, parts, answers) == (
+            self.sent,
+            numbers[_RECEIVED],
+            numbers["accepted"],
+        )
+        return (
+            f"sent {self.sent}, counted {total}, answers {self.answered}, lost by this tool"
+            f" {self.gaps.lost}, of the node {numbers}; exact {is_exact}"
+        )
 
 
 def flood(attacker: Attacker) -> None:
@@ -130,7 +162,7 @@ def flood(attacker: Attacker) -> None:
     last = 0
     while time.monotonic() < end:
         last = attacker.send()
-    is_newest = attacker.wait(lambda: last in attacker.answered)
+    is_newest = attacker.wait(lambda: last not in attacker.waiting)
     print(f"flood of 3 s: newest answered {is_newest}, {attacker.counted()}", flush=True)
 
 
@@ -249,29 +281,28 @@ def soak(attacker: Attacker, seconds: float, process: int) -> None:
     count = 0
 
     def report() -> None:
-        numbers = [int(attacker.values.get(key, "0")) for key in _KEYS]
         print(
-            f"{count // 1000} s: sent {attacker.sent}, answered {len(attacker.answered)}, "
-            f"answers that this tool lost {attacker.gaps.lost}, "
-            f"{dict(zip(_KEYS, numbers, strict=True))}, calls {calls.made}, "
+            f"{time.monotonic() - begin:.0f} s: sent {attacker.sent}, answers {attacker.answered}, "
+            f"lost by this tool {attacker.gaps.lost}, {attacker.numbers()}, calls {calls.made}, "
             f"answered {calls.answered}, with success {len(calls.good)} of {len(TABLE)} kinds, "
-            f"memory {memory(process):.1f} MB",
+            f"memory {memory(process):.1f} MB, load {os.getloadavg()[0]:.1f}",
             flush=True,
         )
 
-    while count < 1000 * seconds:
+    while time.monotonic() < begin + seconds:
         count += 1
         turn = 0.3 * math.sin(1e-3 * count)
         attacker.send(position=[turn, *_POSITION[1:]])
         if count % _CALL_EVERY == 0:
             calls.step()
         due = begin + 1e-3 * count
+        attacker.spin(max(0.0, due - time.monotonic()))
         while time.monotonic() < due:
             attacker.spin(max(0.0, due - time.monotonic()))
         if count % 60_000 == 0:
             report()
-    attacker.wait(lambda: len(attacker.answered) >= attacker.sent, 5.0)
-    attacker.counted()
+    attacker.wait(lambda: not attacker.waiting, 5.0)
+    print(attacker.counted(), flush=True)
     report()
 
 
@@ -285,6 +316,7 @@ def main() -> None:
     attacker = Attacker()
     try:
         attacker.wait(attacker.clients["get_state"].service_is_ready)
+        attacker.wait(lambda: attacker.is_connected)
         attacker.wait(attacker.answers, 120.0)
         if options.soak:
             soak(attacker, options.soak, process.pid)

@@ -90,7 +90,10 @@ class HybridDynamicsNode(EventFreeNode):
 
     def summary(self) -> str:
         """A line on the input so far."""
-        return "no robot" if self._runtime is None else self._runtime.pipeline.counts.summary()
+        runtime = self._runtime
+        if runtime is None:
+            return "no robot"
+        return runtime.pipeline.counts.summary() + runtime.monitor.left_out()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, and create its topics.

@@ -136,9 +136,12 @@ class Stream:
             self._log.warn("not connected", f"not connected: {text}")
 
     def destroy(self) -> None:
-        """Destroy the topics."""
+        """Destroy the topics; messages that are pending count as left out."""
+        self.active = False
         self._node.destroy_timer(self._resume)
         for source in self.inputs:
+            source.take_all()
+            self._leave_out(source)
             source.destroy()
         self._publishers.destroy()
 
@@ -172,13 +175,18 @@ class Stream:
     def _leave_out(self, source: InputTopic) -> None:
         """Count pending messages as left out, since the node is inactive."""
         self._runtime.monitor.inactive += source.queue.clear()
+        self._count()
+
+    def _count(self) -> None:
+        """Tell the monitor what the topics have lost so far."""
+        monitor = self._runtime.monitor
+        monitor.skipped = sum(each.queue.skipped for each in self.inputs)
+        monitor.lost = sum(each.gaps.lost for each in self.inputs)
 
     def _work(self, source: InputTopic) -> None:
         source.queue.work()
         self._ended = time.perf_counter()
-        monitor = self._runtime.monitor
-        monitor.skipped = sum(each.queue.skipped for each in self.inputs)
-        monitor.lost = sum(each.gaps.lost for each in self.inputs)
+        self._count()
         if source.queue.is_overloaded:
             self._log.warn(
                 "overload",

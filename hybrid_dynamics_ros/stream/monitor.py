@@ -95,6 +95,15 @@ class Monitor:
         """Register a refused input."""
         self.last_error = f"{rejection.code.value}: {rejection.text}"
 
+    def left_out(self) -> str:
+        """Messages that were not processed, as text, by what became of them; "" if none."""
+        counts = {
+            "left out under overload": self.skipped,
+            "left out while not active": self.inactive,
+            "lost on the way": self.lost,
+        }
+        return "".join(f", {count} {what}" for what, count in counts.items() if count)
+
     def report(
         self, result: MotionResult | None, counts: Counts, now_ns: int, settings: NodeSettings
     ) -> list[StatusEntry]:
