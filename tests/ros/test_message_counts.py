@@ -8,6 +8,7 @@ import time
 import pytest
 from hybrid_dynamics_msgs.msg import JointMotion
 from rclpy.duration import Duration
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from tests.sampling import swept
@@ -61,6 +62,15 @@ def press(client, count):
     return count
 
 
+def press_slow(client, count):
+    """Send messages that the node takes longer to read than they to arrive; their number."""
+    names = [f"joint_{k}" for k in range(4000)]
+    slow = serialize_message(JointState(name=names, position=[0.0] * len(names)))
+    for _ in range(count):
+        client.publish_as_it_is(STATES, slow)
+    return count
+
+
 def all_arrived(client):
     """Wait until the middleware of the node has taken all."""
     for topic in (STATES, MOTIONS):
@@ -73,7 +83,7 @@ def test_all_that_came_is_in_the_last_line_of_a_node_that_a_signal_stops_in_a_fl
 ):
     node = start_node("-p", "diagnostics.period:=0.1")
     client, sent = connected(node, connect)
-    sent += press(client, 3000)
+    sent += press(client, 3000) + press_slow(client, 400)
     all_arrived(client)
     assert node.stop(number) == 0  # with a queue full of them
     line = node.wait_for("stopped: .*")[0]

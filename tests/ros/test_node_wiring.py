@@ -17,6 +17,7 @@ import rclpy
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
 from hybrid_dynamics_msgs.srv import DescribeRobot, SolveIK
+from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
@@ -111,6 +112,26 @@ def test_what_waits_while_the_node_is_not_active_is_counted_and_not_answered(ros
     ros_node.trigger_activate()
     receive(ros_node, 0, data)
     assert ros_node._runtime.pipeline.counts.received == 1
+
+
+def test_messages_that_nobody_took_before_the_end_are_in_the_last_line(ros_node, capfd):
+    """Some wait in the subscription, some in the queue behind it."""
+    ros_node.start()
+    stream = ros_node._stream
+    others = ros_node.create_publisher(JointState, stream.inputs[0].name, 20)
+    end = time.monotonic() + 30.0
+    while not others.get_subscription_count() and time.monotonic() < end:
+        time.sleep(0.01)
+    for _ in range(12):
+        others.publish(MESSAGE)
+    assert others.wait_for_all_acked(Duration(seconds=30))
+    for _ in range(3):
+        stream.inputs[0].queue.put(bytes(serialize_message(MESSAGE)))
+    ros_node.trigger_deactivate()
+    ros_node.trigger_cleanup()
+    told = capfd.readouterr().err
+    assert "stopped: 0 received" in told
+    assert "15 left out while not active" in told
 
 
 def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(
