@@ -93,7 +93,7 @@ class HybridDynamicsNode(EventFreeNode):
         runtime = self._runtime
         if runtime is None:
             return "no robot"
-        return runtime.pipeline.counts.summary() + runtime.monitor.left_out()
+        return runtime.pipeline.counts.summary() + runtime.monitor.unprocessed()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, and create its topics.

@@ -95,7 +95,7 @@ class Monitor:
         """Register a refused input."""
         self.last_error = f"{rejection.code.value}: {rejection.text}"
 
-    def left_out(self) -> str:
+    def unprocessed(self) -> str:
         """Messages that were not processed, as text, by what became of them; "" if none."""
         counts = {
             "left out under overload": self.skipped,
