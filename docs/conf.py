@@ -64,7 +64,7 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
     ("py:.*", r"(.*\.)?(Kernel|Link|Transform|(parameters\.changed|other_coordinates)\.R)"),
     (
         "py:.*",
-        r"(.*\.)?(Curve|Ramp|Recipe|Row|SingularPlaces|Space|retiming\.curve\.Trajectory)",
+        r"(.*\.)?(Curve|FileOptions|Ramp|Row|SingularPlaces|Space|retiming\.curve\.Trajectory)",
     ),
     (
         "py:.*",

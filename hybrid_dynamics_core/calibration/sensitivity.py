@@ -13,12 +13,12 @@ import numpy as np
 from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array
 from .adjustable import FreeParameter
-from .closed_rows import ClosedRows, Geometry, applied, closed_near, inverse_of, others
+from .closed_rows import ClosedRows, Geometry, closed_near
+from .first_order import FirstOrderMotion, OverdeterminedLoopError
 from .free_robot import FreeRobot
 from .observations import Observations
 
 STEP = 1e-5  # of the robot's reach: change of a parameter in a derivative
-UNFIT = 1e-4  # gap per change of a parameter [lengths of the loop] that nothing can close
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,49 +155,31 @@ class Sensitivity:
         Raises:
             InputError: a parameter cannot change, or only with open loops.
         """
-        motion = _Motion(self, at)
+        motion = FirstOrderMotion(at.closed, self.given)
         columns: list[Array] = []
         for k in range(len(self.free_robot.parameters)):
             if k in self.free_robot.fixed:
                 columns.append(np.zeros_like(at.differences))
                 continue
-            above = motion.differences(k, 1.0)
-            below = motion.differences(k, -1.0)
+            above = self._moved_differences(motion, at.values, k, 1.0)
+            below = self._moved_differences(motion, at.values, k, -1.0)
             column = (above - below) / (2.0 * self.step)
             columns.append(column)
         jacobian = np.stack(columns, axis=2)
         return np.nan_to_num(jacobian)
 
-
-class _Motion:
-    """Closed states that follow a parameter to first order."""
-
-    def __init__(self, sensitivity: Sensitivity, at: Predicted) -> None:
-        self.sensitivity = sensitivity
-        self.at = at
-        closed = at.closed
-        self.unknowns = others(sensitivity.given, closed.s)
-        _, rows = closed.geometry.linearised(closed.s, closed.charts)
-        self.rows = rows[:, :, self.unknowns]
-        self.inverse = inverse_of(self.rows)
-
-    def differences(self, k: int, sign: float) -> Array:
-        """The differences (N, c) with one parameter changed by a step."""
-        sensitivity = self.sensitivity
-        charts = self.at.closed.charts
-        change = sign * sensitivity.step / float(sensitivity.scales[k])
-        geometry = sensitivity.moved(k, self.at.values, change)
-        s = self.at.closed.s.copy()
-        s[:, sensitivity.given] = sensitivity.coordinates(geometry)
-        gaps, _ = geometry.linearised(s, charts)
-        step = applied(self.inverse, gaps)
-        remaining = gaps - applied(self.rows, step)
-        if _largest(remaining) > UNFIT * STEP:
+    def _moved_differences(
+        self, motion: FirstOrderMotion, values: Array, k: int, sign: float
+    ) -> Array:
+        """The differences (N, c) with one parameter changed by a step up (1) or down (-1)."""
+        change = sign * self.step / float(self.scales[k])
+        geometry = self.moved(k, values, change)
+        try:
+            moved = motion.moved(geometry, self.coordinates(geometry), STEP)
+        except OverdeterminedLoopError as error:
             problem = "the loops have more equations than unknowns, and close for one value only"
-            raise sensitivity.fixed(k, problem)
-        s[:, self.unknowns] -= step
-        moved = ClosedRows(geometry, s, charts)
-        return sensitivity.observations.differences(moved.poses())
+            raise self.fixed(k, problem) from error
+        return self.observations.differences(moved.poses())
 
 
 def _largest(values: Array) -> float:

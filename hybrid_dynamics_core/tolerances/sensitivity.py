@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..calibration.closed_rows import ClosedRows, applied, inverse_of, others
+from ..calibration.closed_rows import ClosedRows
+from ..calibration.first_order import FirstOrderMotion, OverdeterminedLoopError
 from ..calibration.quantities import rotation_vectors
 from ..errors import InputError
 from ..ground.arrays import Array
 from .varied import Variable, VariedRobot
 
 STEP = 1e-5  # of the robot's reach, or rad: change of a column in a derivative
-UNFIT = 1e-4  # gap per change [lengths of the loop per reach] that nothing can close
 
 
 def sensitivities(varied: VariedRobot, rows: ClosedRows, frame: str) -> Array:
@@ -31,28 +31,25 @@ def sensitivities(varied: VariedRobot, rows: ClosedRows, frame: str) -> Array:
     Raises:
         InputError: a variable opens a loop that has more equations than unknowns.
     """
-    motion = _Motion(varied, rows, frame)
+    derivatives = _Derivatives(varied, rows, frame)
     result = np.zeros((len(rows.s), 6, varied.count))
     for variable in varied.variables:
         for column in variable.indices:
-            result[:, :, column] = motion.derivative(variable, column)
+            result[:, :, column] = derivatives.by(variable, column)
     return result
 
 
-class _Motion:
-    """Closed states that follow a change to first order."""
+class _Derivatives:
+    """Derivatives of the pose of one frame at closed states."""
 
     def __init__(self, varied: VariedRobot, rows: ClosedRows, frame: str) -> None:
         self.varied = varied
         self.rows = rows
         self.frame = frame
-        self.unknowns = others(varied.given, rows.s)
-        _, jacobian = rows.geometry.linearised(rows.s, rows.charts)
-        self.jacobian = jacobian[:, :, self.unknowns]
-        self.inverse = inverse_of(self.jacobian)
+        self.motion = FirstOrderMotion(rows, varied.given)
         self.reach = rows.poses().extent()
 
-    def derivative(self, variable: Variable, column: int) -> Array:
+    def by(self, variable: Variable, column: int) -> Array:
         """The derivatives (N, 6) by one column."""
         step = STEP
         if variable.unit != "rad":
@@ -71,16 +68,12 @@ class _Motion:
         changes = np.zeros(self.varied.count)
         changes[column] = change
         geometry = self.varied.at(changes)
-        s = self.rows.s.copy()
-        gaps, _ = geometry.linearised(s, self.rows.charts)
-        follow = applied(self.inverse, gaps)
-        remaining = gaps - applied(self.jacobian, follow)
-        largest = np.abs(remaining).max(initial=0.0)
-        if largest > UNFIT * STEP:
+        values = self.rows.s[:, self.varied.given]
+        try:
+            moved = self.motion.moved(geometry, values, STEP)
+        except OverdeterminedLoopError as error:
             raise InputError(
                 f"tolerances: {variable.name} opens a loop: the loop has more equations than"
                 " unknowns, and closes for one value only; leave it out"
-            )
-        s[:, self.unknowns] -= follow
-        moved = ClosedRows(geometry, s, self.rows.charts)
+            ) from error
         return moved.poses().frame(self.frame)
