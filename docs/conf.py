@@ -64,11 +64,11 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
     ("py:.*", r"(.*\.)?(Kernel|Link|Transform|(parameters\.changed|other_coordinates)\.R)"),
     (
         "py:.*",
-        r"(.*\.)?(Curve|FileOptions|Ramp|Row|SingularPlaces|Space|retiming\.curve\.Trajectory)",
+        r"(.*\.)?(Curve|Ramp|Recipe|Row|SingularPlaces|Space|retiming\.curve\.Trajectory)",
     ),
     (
         "py:.*",
-        r"(.*\.)?(AppliedWrench|Later|Motion|NoDescriptionError|UnlimitedError|Viewer)",
+        r"(.*\.)?(AppliedWrench|FileOptions|Later|Motion|NoDescriptionError|UnlimitedError|Viewer)",
     ),
     (
         "py:.*",

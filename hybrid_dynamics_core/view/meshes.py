@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull
 
 from ..ground.arrays import Array
 from ..scene.parts import across_axis
-from ..scene.visuals.primitives import Faces
+from ..scene.visuals.primitives import Faces, joined, revolved
 
 AROUND: Final = 40  # corners of a circle
 CHAMFER: Final = 0.12  # share of the radius, at edges of bodies of revolution
@@ -46,19 +46,14 @@ class Mesh:
 
 def join_meshes(meshes: Sequence[Mesh]) -> Mesh:
     """Several meshes as one."""
-    faces = []
-    start = 0
-    for mesh in meshes:
-        faces.append(mesh.faces + start)
-        start += len(mesh.vertices)
-    vertices = [mesh.vertices for mesh in meshes]
-    return Mesh(np.vstack(vertices), np.vstack(faces))
+    parts = [(mesh.vertices, mesh.faces) for mesh in meshes]
+    return Mesh(*joined(parts))
 
 
 # -- bodies of revolution
 
 
-def revolved(profile: Sequence[Corner]) -> Mesh:
+def body_of_revolution(profile: Sequence[Corner]) -> Mesh:
     """A body of revolution about z from a profile, given from bottom to top.
 
     Each piece of the profile has its own vertices, so that edges stay sharp in smooth shading.
@@ -69,29 +64,8 @@ def revolved(profile: Sequence[Corner]) -> Mesh:
     Returns:
         The body.
     """
-    pieces = [_revolved_piece(low, high) for low, high in pairwise(profile)]
-    return join_meshes(pieces)
-
-
-def _revolved_piece(low: Corner, high: Corner) -> Mesh:
-    """The surface of one piece of a profile; a radius of zero is a tip."""
-    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
-    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    rings = []
-    for radius, height in (low, high):
-        heights = np.full(AROUND, height)
-        rings.append(np.column_stack([radius * circle, heights]))
-    here = np.arange(AROUND)
-    after = (here + 1) % AROUND
-    above, above_after = AROUND + here, AROUND + after
-    faces = []
-    if high[0] == 0.0:
-        faces.append(_triangles(here, after, above))
-    else:
-        if low[0] > 0.0:
-            faces.append(_triangles(here, after, above_after))
-        faces.append(_triangles(here, above_after, above))
-    return Mesh(np.vstack(rings), np.vstack(faces))
+    pieces = [revolved(np.array(piece), AROUND) for piece in pairwise(profile)]
+    return Mesh(*joined(pieces))
 
 
 def _triangles(first: Faces, second: Faces, third: Faces) -> Faces:
@@ -106,21 +80,21 @@ def cylinder(radius: float, start: Array, end: Array) -> Mesh:
     inner, upper = radius - edge, length - edge
     bottom = [(0.0, 0.0), (inner, 0.0), (radius, edge)]
     top = [(radius, upper), (inner, length), (0.0, length)]
-    return revolved(bottom + top).placed(frame_along(end - start), start)
+    return body_of_revolution(bottom + top).placed(frame_along(end - start), start)
 
 
 def tube(radius: float) -> Mesh:
     """A cylinder along z from 0 to 1, for scaling."""
     bottom = [(0.0, 0.0), (radius, 0.0)]
     top = [(radius, 1.0), (0.0, 1.0)]
-    return revolved(bottom + top)
+    return body_of_revolution(bottom + top)
 
 
 def arrow(radius: float) -> Mesh:
     """An arrow along z from 0 to 1: a shaft and a head."""
     shaft = [(0.0, 0.0), (radius, 0.0), (radius, 0.68)]
     head = [(2.4 * radius, 0.68), (0.0, 1.0)]
-    return revolved(shaft + head)
+    return body_of_revolution(shaft + head)
 
 
 # -- other bodies

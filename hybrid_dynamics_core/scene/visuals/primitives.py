@@ -32,10 +32,10 @@ def triangles_of(shape: str, size: Sequence[float]) -> Triangles:
         radius, length = size
         half = 0.5 * length
         rims = np.array([[radius, -half], [radius, half]])
-        side = _revolved(rims)
-        bottom = _revolved(np.array([[0.0, -half], [radius, -half]]))
-        top = _revolved(np.array([[radius, half], [0.0, half]]))
-        return _joined([side, bottom, top])
+        side = revolved(rims)
+        bottom = revolved(np.array([[0.0, -half], [radius, -half]]))
+        top = revolved(np.array([[radius, half], [0.0, half]]))
+        return joined([side, bottom, top])
     if shape == "capsule":
         radius, length = size
         return _ball(radius, 0.5 * length)
@@ -52,7 +52,7 @@ def _box(half: Array) -> Triangles:
         corners = [normal - u - v, normal + u - v, normal + u + v, normal - u + v]
         faces = np.array([[0, 1, 2], [0, 2, 3]])
         sides.append((np.array(corners) * half, faces))
-    return _joined(sides)
+    return joined(sides)
 
 
 def _ball(radius: float, half: float) -> Triangles:
@@ -60,29 +60,34 @@ def _ball(radius: float, half: float) -> Triangles:
     angles = np.linspace(-0.5 * np.pi, 0.0, _RINGS + 1)
     lower = np.stack([radius * np.cos(angles), radius * np.sin(angles) - half], axis=1)
     upper = lower[::-1] * (1.0, -1.0)
-    return _revolved(np.vstack([lower, upper]))
+    return revolved(np.vstack([lower, upper]))
 
 
-def _revolved(profile: Array) -> Triangles:
-    """A surface of revolution about z, from its profile (n, 2) [radius, height], upwards."""
-    angles = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
+def revolved(profile: Array, around: int = _AROUND) -> Triangles:
+    """A surface of revolution about z.
+
+    Args:
+        profile: radii and heights (n, 2), from bottom to top [m].
+        around: number of corners of a circle.
+    """
+    angles = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
     radii, heights = profile.T
     x = np.outer(radii, np.cos(angles))
     y = np.outer(radii, np.sin(angles))
-    z = np.repeat(heights[:, None], _AROUND, axis=1)
+    z = np.repeat(heights[:, None], around, axis=1)
     vertices = np.stack([x, y, z], axis=2).reshape(-1, 3)
     # vertices come ring by ring; two triangles join each one to the ring above
-    here = np.arange(len(vertices) - _AROUND)
-    ring, corner = np.divmod(here, _AROUND)
-    beside = ring * _AROUND + (corner + 1) % _AROUND
-    lower = np.stack([here, beside, beside + _AROUND], axis=1)
-    upper = np.stack([here, beside + _AROUND, here + _AROUND], axis=1)
+    here = np.arange(len(vertices) - around)
+    ring, corner = np.divmod(here, around)
+    beside = ring * around + (corner + 1) % around
+    lower = np.stack([here, beside, beside + around], axis=1)
+    upper = np.stack([here, beside + around, here + around], axis=1)
     # a ring without radius is a tip, whose triangles have no area
     has_radius = radii > 0.0
     return vertices, np.vstack([lower[has_radius[ring]], upper[has_radius[ring + 1]]])
 
 
-def _joined(parts: Sequence[Triangles]) -> Triangles:
+def joined(parts: Sequence[Triangles]) -> Triangles:
     """Several surfaces as one."""
     faces: list[Faces] = []
     start = 0
