@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..algebra.charts import LEAVE, in_other_chart
+from ..algebra.charts import FIRST, LEAVE, in_other_chart
 from ..closed_state.assembly_modes import matching_signs
 from ..closed_state.closure_solver import ClosureResults
 from ..closed_state.state import ClosedState, ClosureStatus
@@ -96,6 +96,11 @@ class Charts:
             if active or self._passive[k]:
                 charts[..., k] *= np.where(far, -1.0, 1.0)
         return self.change(state, charts)
+
+    def in_first(self, state: ClosedState) -> ClosedState:
+        """The same state, with the active ball and free joints in the first chart."""
+        charts = self.of(state)
+        return self.change(state, np.where(self._passive, charts, FIRST))
 
     def close(
         self, close: Close, u: Array, du: Array, check: bool, near: ClosedState | None

@@ -170,6 +170,18 @@ class JointPoses:
         self._closure.check_state(state)
         return self._closure.charts.recentred(state, leave)
 
+    def in_urdf_angles(self, state: ClosedState) -> ClosedState:
+        """The same state, with active ball and free joints in the first chart, that of the URDF.
+
+        Args:
+            state: closed state, or a batch of N.
+
+        Returns:
+            The state, unchanged if they already are. States closed near it stay in this chart.
+        """
+        self._closure.check_state(state)
+        return self._closure.charts.in_first(state)
+
     def twist_map(self, state: ClosedState) -> TwistMap:
         """The map from active rates u' to velocities v that have twists of ball and free joints.
 

@@ -241,6 +241,7 @@ class Robot:
     # -- ball and free joints
 
     close_at_poses = delegate("_joint_poses", JointPoses.close_at_poses)
+    in_urdf_angles = delegate("_joint_poses", JointPoses.in_urdf_angles)
     joint_pose = delegate("_joint_poses", JointPoses.joint_pose)
     joint_twist = delegate("_joint_poses", JointPoses.joint_twist)
     recentred = delegate("_joint_poses", JointPoses.recentred)

@@ -20,8 +20,8 @@ from ..messages.joint_samples import (
 from ..stream.conditions import loads_of
 from ..stream.floating.first_charts import (
     CoordinateMotion,
+    in_first_charts,
     motion_in_first,
-    require_first_charts,
 )
 from ..stream.frames import FrameNames, frame_names
 from ..stream.situation import Situation
@@ -49,6 +49,26 @@ class ServiceContext:
         """A state whose assembly modes are kept; None for those of the robot file."""
         return self.situation.conditions.mode
 
+    @cached_property
+    def start(self) -> ClosedState | None:
+        """A state near which loops are closed, in the angles of messages.
+
+        None if those of the robot file are, and assembly modes are those of the robot file.
+        """
+        robot, mode = self.robot, self.mode
+        if not robot.description.freely_turning:
+            return mode
+        state = robot.close(robot.reference) if mode is None else mode
+        start = robot.in_urdf_angles(state)
+        return mode if start is state else start
+
+    @property
+    def reference(self) -> FloatArray:
+        """The active coordinates (n,) of the reference configuration, as in messages."""
+        robot = self.robot
+        s, _ = in_first_charts(robot, robot.close(robot.reference))
+        return s[: len(robot.active)]
+
     def close(self, u: FloatArray, du: FloatArray | None = None) -> ClosedState:
         """Close the loops on the assembly modes of the stream.
 
@@ -57,11 +77,9 @@ class ServiceContext:
             du: their rates (n,), zero if None.
 
         Raises:
-            StateError: as in `robot.close`, or an active ball joint is in its second chart.
+            StateError: as in `robot.close`.
         """
-        state = self.robot.close(u, du, near=self.mode)
-        require_first_charts(self.robot, state, self.robot.active)
-        return state
+        return self.robot.close(u, du, near=self.start)
 
     def motion_of(self, state: ClosedState, dds: FloatArray | None = None) -> CoordinateMotion:
         """The motion of a state as messages have it.

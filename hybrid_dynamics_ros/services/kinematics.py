@@ -105,7 +105,7 @@ def _solution(context: ServiceContext, request: SolveIK.Request) -> IKResult:
     seed = None
     if request.seed.name or request.seed.position:
         seed = context.active_motion(request.seed).position
-    return robot.inverse_kinematics(target, seed, request.all_solutions, mask, context.mode)
+    return robot.inverse_kinematics(target, seed, request.all_solutions, mask, context.start)
 
 
 def compute_jacobian(
@@ -139,7 +139,7 @@ def close_loops(
     resting = resting_besides(robot, given.name)
     names = (*given.name, *resting)
     motion = JointOrder(names, resting).arrange(sample)
-    near = context.mode
+    near = context.start
     if request.near.name:
         near = context.close(context.active_motion(request.near).position)
     values, rates, accelerations = motion.by_name(names)

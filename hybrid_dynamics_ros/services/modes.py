@@ -18,7 +18,7 @@ from hybrid_dynamics_core.ground.wording import counted, one_line
 from ..messages import conversions
 from ..messages.joint_samples import FloatArray, RejectedError, RejectionCode
 from ..stream.conditions import NewMode
-from ..stream.floating.first_charts import in_first_charts
+from ..stream.floating.first_charts import in_file_charts, in_first_charts
 from ..stream.stroke_margins import joint_limits
 from .context import ServiceContext
 
@@ -37,7 +37,7 @@ def list_assembly_modes(
         u = context.active_motion(given).position
     else:
         u = context.newest(", or name the active joints in the call")
-    modes = robot.assembly_modes(u)
+    modes = robot.assembly_modes(in_file_charts(robot, u))
     if not modes:
         raise RejectedError(RejectionCode.UNREACHABLE, _why_not(context, u))
     response.modes = [_message(robot, mode.state) for mode in modes]
@@ -47,11 +47,12 @@ def list_assembly_modes(
 def _current(context: ServiceContext, u: FloatArray, states: Sequence[ClosedState]) -> int:
     """Index of the state with the stream's assembly modes; -1 if there is none."""
     try:
-        now = context.close(u).s
+        now, _ = in_first_charts(context.robot, context.close(u))
     except HybridDynamicsError:
         return -1
     for k, state in enumerate(states):
-        if _is_same(context.robot, state.s, now):
+        there, _ = in_first_charts(context.robot, state)
+        if _is_same(context.robot, there, now):
             return k
     return -1
 
@@ -72,7 +73,7 @@ def switch_assembly_mode(
         " file"
     )
     wanted = {**context.close(u).branch, **requested}
-    modes = context.robot.assembly_modes(u)
+    modes = context.robot.assembly_modes(in_file_charts(context.robot, u))
     for mode in modes:
         if dict(mode.branch) == wanted:
             response.mode = _message(context.robot, mode.state)
@@ -143,7 +144,7 @@ def describe_robot(
     response.cylinders = list(robot.cylinders)
     response.loops = list(robot.loops)
     response.frames = list(robot.frames)
-    response.reference = conversions.to_field(robot.reference)
+    response.reference = conversions.to_field(context.reference)
     response.notes = list(robot.description.notes)
 
 
@@ -166,7 +167,7 @@ def _is_same(robot: Robot, one: FloatArray, other: FloatArray) -> bool:
 
 def _why_not(context: ServiceContext, u: FloatArray) -> str:
     try:
-        context.robot.close(u)
+        context.robot.close(in_file_charts(context.robot, u))
     except HybridDynamicsError as error:
         return one_line(error)
     return "the loops close in no way"

@@ -123,7 +123,7 @@ class TrajectoryTask:
     def _conversion_of(self, context: ServiceContext, trajectory: SampledTrajectory) -> Conversion:
         near: ClosedState | None = self._start
         # A motion of the active joints starts at its first point, on the robot's modes.
-        if trajectory.names == context.robot.active and context.mode is None:
+        if trajectory.names == context.robot.active and context.start is None:
             near = None
         share = context.situation.settings[RETIME]
         if share > 0.0:
@@ -202,14 +202,14 @@ def _search(
     time = (stamps - stamps[0]) * 1e-9
     require_times(time)
     targets = [target_of(context, pose, position_only=position_only) for pose in path]
-    return PathSearch(time, targets, start, context.mode)
+    return PathSearch(time, targets, start, context.start)
 
 
 def _start(context: ServiceContext, request: ConvertTrajectory.Request) -> ClosedState:
     if request.start.name:
         return context.close(context.active_motion(request.start).position)
     newest = context.situation.newest
-    return context.close(context.robot.reference if newest is None else newest)
+    return context.close(context.reference if newest is None else newest)
 
 
 def _message(

@@ -163,6 +163,16 @@ def efforts_in_first(robot: Robot, state: ClosedState, efforts: FloatArray) -> F
     return turned
 
 
+def in_file_charts(robot: Robot, u: FloatArray) -> FloatArray:
+    """Active coordinates (n,) of messages in the charts of the robot file."""
+    u = u.copy()
+    for joint in robot.description.freely_turning:
+        turns = [robot.coordinates.index(name) for name in joint.turns]
+        if max(turns) < len(u) and robot.description.charts.get(joint.name, FIRST) != FIRST:
+            u[turns] = angles_in(u[turns], FIRST, SECOND)
+    return u
+
+
 def _bias(angles: FloatArray, rates: FloatArray) -> FloatArray:
     """Angular acceleration (3,) [rad/s^2] of three turns at constant rates."""
     rates_of_turns = rates.tolist()
