@@ -2,51 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
 from ..closure.blocks.block_solver import BlockSolver
-from ..ground.arrays import Array
 from ..ground.wording import counted
-from ..mechanism.configuration import Configuration
-from ..mechanism.tree import Tree
 from .planar.planar_platform import PlanarPlatform, planar_platform
 from .planar.planar_poses import planar_poses
 from .platforms.leg_platform import CLEAR, LegPlatform, leg_platform
 from .platforms.platform import platform_poses
 from .platforms.spherical import orientations
-
-
-class BlockModes(NamedTuple):
-    """Certified solutions of a block.
-
-    Attributes:
-        solutions: values of the unknowns (modes, unknowns) [rad, m].
-        complete: whether they were proved to be all.
-        reason: why, in a clause.
-    """
-
-    solutions: Array
-    complete: bool
-    reason: str
-
-
-class Setting(NamedTuple):
-    """Where a block is solved.
-
-    Attributes:
-        tree: the spanning tree.
-        given: coordinates whose values are exact.
-        configuration: values of all coordinates before the block.
-        guess: all coordinates nearby [rad, m].
-    """
-
-    tree: Tree
-    given: Sequence[int]
-    configuration: Configuration
-    guess: Sequence[float]
+from .setting import BlockModes, Setting
+from .subdivided import subdivided
 
 
 def certified_modes(block: BlockSolver, setting: Setting) -> BlockModes | None:
@@ -57,7 +23,7 @@ def certified_modes(block: BlockSolver, setting: Setting) -> BlockModes | None:
     planar = planar_platform(block)
     if planar is not None:
         return _modes_in_plane(planar, block, setting)
-    return None
+    return subdivided(block, setting)
 
 
 def _modes_in_plane(platform: PlanarPlatform, block: BlockSolver, setting: Setting) -> BlockModes:

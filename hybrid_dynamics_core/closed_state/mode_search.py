@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.scalar import Scalar
-from ..certified.block_modes import BlockModes, Setting, certified_modes
+from ..certified.block_modes import certified_modes
+from ..certified.setting import BlockModes, Setting
 from ..closure.blocks.block_solver import BlockSolver
 from ..closure.constraints.equations import loops_of
 from ..closure.plan import ClosurePlan

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...ground.arrays import Array
-from .closed_box import Cells, ClosedBoxes, LoopGraph, closed_boxes
+from .closed_box import ClosedBoxes, closed_boxes
 from .closed_forms import ClosedForms, Verdicts
+from .loop_graph import Cells, LoopGraph
 
 Near = Callable[[Array], tuple[Array, NDArray[np.bool_]]]
 

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from ... import programs
 from ...certified.boxes.cells import CellKind, CertifiedCells, Near, Subdivision
 from ...certified.boxes.certificate import Certificate
-from ...certified.boxes.closed_box import Cells, ClosedBoxes, LoopGraph, alone_within, closed_boxes
+from ...certified.boxes.closed_box import ClosedBoxes, alone_within, closed_boxes
 from ...certified.boxes.closed_forms import ClosedForms, Verdicts
 from ...certified.boxes.enclosed_program import EnclosedProgram
+from ...certified.boxes.loop_graph import Cells, LoopGraph
 from ...certified.interval import Interval
 from ...certified.rounding import down, up
 from ...closed_state.state import ClosedState
@@ -242,7 +243,7 @@ class Certification:
         _, charts = model.plan.split(signs)
         key = tuple(charts)
         if key not in self._graphs:
-            self._graphs[key] = LoopGraph(model, charts)
+            self._graphs[key] = LoopGraph(model.tree, model.plan.blocks, model.plan.given, charts)
         return self._graphs[key]
 
     def _program(self, state: ClosedState) -> EnclosedProgram:

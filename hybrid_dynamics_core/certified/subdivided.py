@@ -1,0 +1,39 @@
+"""All solutions of a block whose unknowns have bounds, by subdivision of these."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..closure.blocks.block_solver import BlockSolver
+from ..ground.wording import counted
+from .boxes.all_solutions import Region, all_solutions
+from .boxes.loop_graph import LoopGraph
+from .boxes.slide_bounds import slide_bounds
+from .enclosed import SOLVED
+from .rounding import up
+from .setting import BlockModes, Setting
+
+HALF_TURN = float(up(np.asarray(np.pi)))  # [rad]
+
+
+def subdivided(block: BlockSolver, setting: Setting) -> BlockModes | None:
+    """Certified solutions of a block; None if its unknowns have no bounds, or turns count."""
+    tree, before = setting.tree, setting.configuration
+    if len(block.equations) != len(block.unknowns) or block.counted_turns & set(block.unknowns):
+        return None
+    bounds = slide_bounds(block, setting)
+    if bounds is None:
+        return None
+    graph = LoopGraph(tree, [block], block.inputs, before.charts)
+    if not graph.is_smooth:
+        return None
+    given = np.array([float(before.q[k]) for k in block.inputs])
+    doubt = np.array([0.0 if k in setting.given else SOLVED for k in block.inputs])
+    turns = np.array([tree.is_revolute(k) for k in block.unknowns])
+    reach = np.array([bounds.get(k, HALF_TURN) for k in block.unknowns])
+    found = all_solutions(graph, Region(given - doubt, given + doubt, -reach, reach, turns))
+    number = counted(len(found.middle), "certified solution")
+    reason = f"{number}, by subdivision of all values into {found.boxes} boxes"
+    if found.complete:
+        return BlockModes(found.middle, True, f"{reason}, and it is proved to have no other")
+    return BlockModes(found.middle, False, f"{reason}, of which some were not decided")
