@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..closure.blocks.block_solver import BlockSolver
+from ..closure.constraints.equations import loops_of
 from ..ground.wording import counted
 from .boxes.all_solutions import Region, all_solutions
 from .boxes.loop_graph import LoopGraph
@@ -17,10 +18,13 @@ HALF_TURN = float(up(np.asarray(np.pi)))  # [rad]
 
 
 def subdivided(block: BlockSolver, setting: Setting) -> BlockModes | None:
-    """Certified solutions of a block; None if its unknowns have no bounds, or turns count."""
+    """Certified solutions of a block; None if its unknowns have no bounds, or turns count, or if
+    its loops have other equations too."""
     tree, before = setting.tree, setting.configuration
     if len(block.equations) != len(block.unknowns) or block.counted_turns & set(block.unknowns):
         return None
+    if sum(loop.size for loop in loops_of(block.equations)) != len(block.equations):
+        return None  # the loop has further equations, which solutions of these need not meet
     bounds = slide_bounds(block, setting)
     if bounds is None:
         return None
@@ -31,9 +35,9 @@ def subdivided(block: BlockSolver, setting: Setting) -> BlockModes | None:
     doubt = np.array([0.0 if k in setting.given else SOLVED for k in block.inputs])
     turns = np.array([tree.is_revolute(k) for k in block.unknowns])
     reach = np.array([bounds.get(k, HALF_TURN) for k in block.unknowns])
-    found = all_solutions(graph, Region(given - doubt, given + doubt, -reach, reach, turns))
-    number = counted(len(found.middle), "certified solution")
-    reason = f"{number}, by subdivision of all values into {found.boxes} boxes"
-    if found.complete:
-        return BlockModes(found.middle, True, f"{reason}, and it is proved to have no other")
-    return BlockModes(found.middle, False, f"{reason}, of which some were not decided")
+    solutions = all_solutions(graph, Region(given - doubt, given + doubt, -reach, reach, turns))
+    number = counted(len(solutions.middle), "certified solution")
+    reason = f"{number}, by subdivision of all values into {solutions.boxes} boxes"
+    if solutions.complete:
+        return BlockModes(solutions.middle, True, f"{reason}, and it is proved to have no other")
+    return BlockModes(solutions.middle, False, f"{reason}, of which some were not decided")

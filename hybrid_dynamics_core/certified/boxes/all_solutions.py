@@ -3,7 +3,7 @@
 A box is dropped if an equation cannot vanish in it, or if Krawczyk's operator maps a slightly
 larger box outside of it (Moore, Kearfott and Cloud 2009, chapter 8). If the operator maps the
 larger box into itself, that box holds exactly one solution. Other boxes shrink to what the operator
-leaves of them, and are halved. If no box is left, all solutions are found.
+leaves of them, and are halved. If no box is left, all solutions are proved.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Solutions(NamedTuple):
     boxes: int
 
 
-class _Found(NamedTuple):
+class _Certified(NamedTuple):
     """Boxes with one solution each, about `middle`, alone within `radius`; both (N, m)."""
 
     middle: Array
@@ -80,35 +80,35 @@ def all_solutions(graph: LoopGraph, region: Region) -> Solutions:
     """All solutions of the equations whose guards are positive."""
     size = len(region.lower)
     waiting = [(region.lower[None], region.upper[None])]
-    found: list[_Found] = []
+    certificates: list[_Certified] = []
     boxes = 0
     while waiting and boxes * size < WORK:
         lower, upper = waiting.pop()
         boxes += len(lower)
         lower, upper, certified = _step(graph, region, lower, upper)
-        found.append(certified)
+        certificates.append(certified)
         if ((upper - lower).max(axis=1) < SINGULAR).any():
             waiting.append((lower, upper))
             break
         for first in range(0, len(lower), AT_ONCE):
             part = slice(first, first + AT_ONCE)
             waiting.append((lower[part], upper[part]))
-    middle = np.concatenate([one.middle for one in found])
-    radius = np.concatenate([one.radius for one in found])
-    distinct, decided = _distinct(graph, region, _Found(middle, radius))
+    middle = np.concatenate([one.middle for one in certificates])
+    radius = np.concatenate([one.radius for one in certificates])
+    distinct, decided = _distinct(graph, region, _Certified(middle, radius))
     return Solutions(distinct, decided and not waiting, boxes)
 
 
 def _step(
     graph: LoopGraph, region: Region, lower: Array, upper: Array
-) -> tuple[Array, Array, _Found]:
+) -> tuple[Array, Array, _Certified]:
     """The halves of boxes (N, m) that are not decided, and the boxes with one solution."""
     middle, radius = _around(lower, upper)
     possible = graph.may_vanish(region.cells(middle), radius)
     lower, upper, middle = lower[possible], upper[possible], middle[possible]
     radius = bound(LARGER * radius[possible] + MORE)
     if not len(middle):
-        return lower, upper, _Found(middle, radius)
+        return lower, upper, _Certified(middle, radius)
     cells = region.cells(middle)
     slopes = graph.jacobian(cells, radius)
     inverse = slopes.preconditioner()
@@ -120,7 +120,7 @@ def _step(
     left = ~alone & (lower <= upper).all(axis=1)
     sizes = np.abs(slopes.middle) + slopes.radius
     halves = _halves(lower[left], upper[left], sizes[left])
-    return *halves, _Found(middle[alone], radius[alone])
+    return *halves, _Certified(middle[alone], radius[alone])
 
 
 def _around(lower: Array, upper: Array) -> tuple[Array, Array]:
@@ -147,16 +147,16 @@ def _halves(lower: Array, upper: Array, slopes: Array) -> tuple[Array, Array]:
     return np.concatenate([lower, above]), np.concatenate([below, upper])
 
 
-def _distinct(graph: LoopGraph, region: Region, found: _Found) -> tuple[Array, bool]:
+def _distinct(graph: LoopGraph, region: Region, proved: _Certified) -> tuple[Array, bool]:
     """The solutions (modes, m) with positive guards, each once, and whether all was decided."""
-    if not len(found.middle):
-        return found.middle, True
-    near = _refined(graph, region, found)
+    if not len(proved.middle):
+        return proved.middle, True
+    near = _refined(graph, region, proved)
     cells = region.cells(near)
     boxes = solution_boxes(graph, cells)
     middle, doubt = _around(boxes.lower, boxes.upper)
     slack = doubt + TURNS
-    inside = (bound(np.abs(middle - found.middle) + slack) < found.radius).all(axis=1)
+    inside = (bound(np.abs(middle - proved.middle) + slack) < proved.radius).all(axis=1)
     decided = bool((boxes.holds & inside).all())
     guards = graph.guards(cells, boxes.lower, boxes.upper)
     decided &= bool(((guards.lower > 0.0) | (guards.upper < 0.0)).all())
@@ -164,9 +164,9 @@ def _distinct(graph: LoopGraph, region: Region, found: _Found) -> tuple[Array, b
     for k in np.flatnonzero(guards.lower > 0.0).tolist():
         apart = _apart(region, middle[k], middle[chosen])
         others = bound(apart) > slack[k] + slack[chosen]
-        same = bound(np.abs(middle[k] - found.middle[k]) + apart + slack[chosen])
+        same = bound(np.abs(middle[k] - proved.middle[k]) + apart + slack[chosen])
         is_other = others.any(axis=1)
-        is_same = (same < found.radius[k]).all(axis=1)
+        is_same = (same < proved.radius[k]).all(axis=1)
         decided &= bool((is_other | is_same).all())
         if is_other.all():
             chosen.append(k)
@@ -180,9 +180,9 @@ def _apart(region: Region, x: Array, others: Array) -> Array:
     return np.abs(np.where(region.turns, distance - turned, distance))
 
 
-def _refined(graph: LoopGraph, region: Region, found: _Found) -> Array:
+def _refined(graph: LoopGraph, region: Region, proved: _Certified) -> Array:
     """The middles after some steps of Newton's method."""
-    near = found.middle
+    near = proved.middle
     still = np.zeros_like(near)
     for _ in range(STEPS):
         cells = region.cells(near)

@@ -54,9 +54,6 @@ def slide_bounds(block: BlockSolver, setting: Setting) -> Mapping[int, float] | 
         return {}
     bounds: dict[int, float] = {}
     for loop in loops_of(block.equations):
-        whole = [equation for equation in block.equations if equation.loop is loop]
-        if len(whole) < min(loop.size, 3):
-            continue  # a part of a vector bounds nothing
         run = _run(_chains(loop), slides)
         if run is None:
             continue
