@@ -18,8 +18,11 @@ HALF_TURN = float(up(np.asarray(np.pi)))  # [rad]
 
 
 def subdivided(block: BlockSolver, setting: Setting) -> BlockModes | None:
-    """Certified solutions of a block; None if its unknowns have no bounds, or turns count, or if
-    its loops have other equations too."""
+    """Certified solutions of a block.
+
+    None if its unknowns have no bounds, if their whole turns count, or if its loops have equations
+    besides those of the block.
+    """
     tree, before = setting.tree, setting.configuration
     if len(block.equations) != len(block.unknowns) or block.counted_turns & set(block.unknowns):
         return None
