@@ -97,7 +97,7 @@ def plot(
             mass.plot(estimate.interval, [k, k], color=colour, linewidth=3.0, label=name)
             mass.plot([estimate.mass], [k], "o", color=colour)
         mass.plot([MASS, MASS], [-0.5, 1.5], "--", color=INK, label="truth")
-        mass.set(xlabel="mass [kg]", ylabel="number of run", ylim=(-0.5, 1.5), yticks=[])
+        mass.set(xlabel="mass [kg]", ylabel="run", ylim=(-0.5, 1.5), yticks=[])
         entitled(force, "what the load adds", 2)
         entitled(mass, "estimates with 95 % intervals", 3)
 

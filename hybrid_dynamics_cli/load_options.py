@@ -9,7 +9,7 @@ import click
 
 from hybrid_dynamics_core import Loads, Payload, Robot, cylinder_force
 from hybrid_dynamics_core.description.actuators import HydraulicCylinder
-from hybrid_dynamics_core.dynamics.pressure_check import is_faint, pressure_problem
+from hybrid_dynamics_core.dynamics.pressure_check import excess, is_faint, pressure_problem
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.suggestions import no_such_name
 
@@ -117,18 +117,35 @@ def idle_cylinder_notes(
 def pressure_forces(machine: Robot, texts: tuple[str, ...]) -> dict[str, float]:
     """Forces of cylinders [N] from --pressures NAME=CAP:ROD."""
     forces: dict[str, float] = {}
+    for name, sides in pressures_of(machine, texts).items():
+        forces[name] = float(cylinder_force(machine.cylinders[name], *sides))
+    return forces
+
+
+def excess_notes(machine: Robot, texts: tuple[str, ...]) -> list[str]:
+    """A line on each cylinder of --pressures that has more than its supply or relief pressure."""
+    notes: list[str] = []
+    for name, sides in pressures_of(machine, texts).items():
+        text = excess(machine.cylinders[name], max(sides))
+        if text:
+            notes.append(f"note: {text}")
+    return notes
+
+
+def pressures_of(machine: Robot, texts: tuple[str, ...]) -> dict[str, list[float]]:
+    """Pressures of cap and rod side [Pa] by cylinder from --pressures NAME=CAP:ROD."""
+    pressures: dict[str, list[float]] = {}
     for text in texts:
         name, _, pair = text.partition("=")
         name = name.strip()
         if name not in machine.cylinders:
             raise InputError(f"--pressures: {no_such_name('cylinder', name, machine.cylinders)}")
         sides = numbers("--pressures", pair.replace(":", ","), ("Pa", "Pa"), (2,))
-        if name in forces:
+        if name in pressures:
             raise InputError(f"--pressures: {name} is given twice")
-        cylinder = machine.cylinders[name]
-        _require_pascals(cylinder, sides)
-        forces[name] = float(cylinder_force(cylinder, *sides))
-    return forces
+        _require_pascals(machine.cylinders[name], sides)
+        pressures[name] = sides
+    return pressures
 
 
 def _require_pascals(cylinder: HydraulicCylinder, sides: list[float]) -> None:

@@ -9,6 +9,7 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond, margin_facts, margin_lines, margins_at, role
 from ..load_options import (
+    excess_notes,
     idle_cylinder_notes,
     load_options,
     loads_of,
@@ -70,6 +71,7 @@ def command(
     )
     forces = pressure_forces(machine, pressures)
     notes = idle_cylinder_notes(machine, forces, by_name(machine.active, efforts))
+    notes += excess_notes(machine, pressures)
     efforts = efforts + machine.generalised_forces(state, forces)
     loads = loads_of(machine, payload, com, wrench, frame)
     ddu = machine.forward_dynamics(state, efforts, loads)

@@ -7,12 +7,20 @@ from typing import Any
 
 import click
 
-from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core import ClosedState, Robot, cylinder_force
+from hybrid_dynamics_core.dynamics.pressure_check import exchanged_text, fits_exchanged
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import effort_unit
 
 from ..limits import beyond, margin_facts, margin_lines, margins_at
-from ..load_options import load_options, loads_of, massless_notes, pressure_forces, pressures_option
+from ..load_options import (
+    excess_notes,
+    load_options,
+    loads_of,
+    massless_notes,
+    pressures_of,
+    pressures_option,
+)
 from ..output import by_name, show, table
 from ..parameters import (
     accelerations_of,
@@ -93,10 +101,12 @@ def command(
     lines = [effort_table(machine, tau, parts), *margin_lines(margins)]
     texts = ["\n".join(lines)]
     if pressures:
-        measured = measured_forces(machine, state, tau, pressures)
+        measured, notes = measured_forces(machine, state, tau, pressures)
+        notes += excess_notes(machine, pressures)
         data["measured"] = measured
+        data["notes"] = notes
         rows = [[name, *forces.values()] for name, forces in measured.items()]
-        texts.append(table(MEASURED_HEAD, rows))
+        texts.append("\n".join([table(MEASURED_HEAD, rows), *notes]))
     if pins:
         reactions = machine.reactions(state, accelerations, loads)
         data["pins"] = pin_data(reactions)
@@ -118,11 +128,20 @@ def effort_table(machine: Robot, tau: Array, parts: Mapping[str, Array]) -> str:
 
 def measured_forces(
     machine: Robot, state: ClosedState, tau: Array, pressures: tuple[str, ...]
-) -> dict[str, dict[str, float]]:
-    """Measured and required force of each cylinder with pressures, and their difference [N]."""
+) -> tuple[dict[str, dict[str, float]], list[str]]:
+    """Measured and required force of each cylinder with pressures, and their difference [N].
+
+    Also a line on cylinders whose chambers seem to be exchanged, if there are any.
+    """
     required = machine.hydraulics(state, tau)
     result: dict[str, dict[str, float]] = {}
-    for name, force in pressure_forces(machine, pressures).items():
+    exchanged: list[str] = []
+    for name, (cap, rod) in pressures_of(machine, pressures).items():
+        cylinder = machine.cylinders[name]
         needed = float(required[name].force)
+        force = float(cylinder_force(cylinder, cap, rod))
         result[name] = {"measured": force, "required": needed, "difference": force - needed}
-    return result
+        other = float(cylinder_force(cylinder, rod, cap))
+        if fits_exchanged((force - needed) ** 2, (other - needed) ** 2):
+            exchanged.append(name)
+    return result, [f"note: {exchanged_text(exchanged)}"] if exchanged else []

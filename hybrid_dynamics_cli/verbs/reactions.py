@@ -8,6 +8,7 @@ import click
 
 from ..limits import beyond
 from ..load_options import (
+    excess_notes,
     idle_cylinder_notes,
     load_options,
     loads_of,
@@ -80,7 +81,7 @@ def command(
         forces = pressure_forces(machine, pressures)
         efforts = machine.generalised_forces(state, forces)
         accelerations = machine.forward_dynamics(state, efforts, loads)
-        notes += idle_cylinder_notes(machine, forces)
+        notes += idle_cylinder_notes(machine, forces) + excess_notes(machine, pressures)
     reactions = machine.reactions(state, accelerations, loads)
     texts = [pin_table(reactions), *notes]
     data: dict[str, Any] = {"pins": pin_data(reactions)}

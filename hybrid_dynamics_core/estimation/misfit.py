@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ..dynamics.pressure_check import exchanged_text, fits_exchanged
 from ..ground.arrays import Array
 from .equations import Blocks, Equations
 from .fit import System, solved
@@ -15,7 +16,6 @@ from .sensors import SensorError
 from .unknowns import Unknowns
 
 FAINT = 2e-3  # measured over required efforts, below which the unit is another
-BETTER = 0.25  # share of the squares that exchanged chambers may leave at most, to be believed
 COARSE = 0.02  # noise of this comparison, as a share of the efforts
 UNITS = {1e-5: "bar", 1e-6: "MPa", 1e-3: "kPa or kN"}  # by their numbers over those in SI units
 GOOD_FIT = 0.2  # share of the squares that this noise leaves: a fit below it is not doubted
@@ -85,15 +85,14 @@ def _check_chambers(run: MeasuredRun, blocks: Blocks, unknowns: Unknowns) -> Non
         for exchanged in combinations(names, count):
             costs[exchanged] = cost(exchanged)
     best = min(costs, key=lambda exchanged: costs[exchanged], default=())
-    if best and costs[best] < BETTER * as_given:
+    if best and fits_exchanged(as_given, costs[best]):
         raise exchanged_chambers(best)
 
 
 def exchanged_chambers(cylinders: tuple[str, ...]) -> SensorError:
     """The error for cylinders whose cap and rod pressures are exchanged."""
     return SensorError(
-        f"{', '.join(cylinders)}: the pressures fit the machine with cap and rod side exchanged,"
-        " and not as they are given; exchange the columns cap_pressure and rod_pressure"
+        f"{exchanged_text(cylinders)}; exchange the columns cap_pressure and rod_pressure"
     )
 
 

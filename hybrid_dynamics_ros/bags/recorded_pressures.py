@@ -8,7 +8,13 @@ import numpy as np
 
 from ..messages.interfaces import deserialize
 from ..messages.joint_samples import RejectedError
-from ..messages.pressures import PRESSURES, MeasuredForces, PressureInput, sample_of_pressures
+from ..messages.pressures import (
+    PRESSURES,
+    MeasuredForces,
+    PressureInput,
+    SupplyCheck,
+    sample_of_pressures,
+)
 from .batch_outputs import NODE
 from .batch_pipeline import BatchResult
 from .storage.bag_reader import BagReader
@@ -70,18 +76,24 @@ def read_pressures(
     Args:
         pressures: receiver of the pressures.
         source: the bag.
-        losses: receives texts on unusable messages.
+        losses: receives texts on unusable messages, and on cylinders whose pressures stay above
+            those of their supply.
 
     Yields:
         Log time of each message [ns], and whether it was taken.
     """
     topic = pressure_topic(source)
+    supply = SupplyCheck(pressures.cylinders, fade=1.0)
     for _, messages in source.read(frozenset([topic])) if topic else ():
         for row, log in enumerate(messages.log_ns.tolist()):
             problem = _take(pressures, messages.message(row))
             if problem:
                 losses.add(f"{topic}: message logged at {log} ns: {problem}")
+            elif pressures.sample is not None:
+                supply.take(pressures.sample)
             yield log, not problem
+    if supply.problem:
+        losses.add(supply.problem)
 
 
 def _take(pressures: PressureInput, data: bytes) -> str:

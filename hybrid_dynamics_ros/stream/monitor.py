@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from ..messages.joint_samples import Rejection
+from ..messages.pressures import SupplyCheck
 from ..parameters import (
     INPUT_QOS,
     LATENCY,
@@ -74,6 +75,7 @@ class Monitor:
         self.sensors: SensorInput | None = None
         self.tool: ToolForceInput | None = None
         self.chambers: ChamberCheck | None = None
+        self.supply: SupplyCheck | None = None
         # Incompatible publishers and subscriptions of the node's topics, with reasons.
         self.unconnected = ""
         self.last_error = ""
@@ -170,9 +172,12 @@ class Monitor:
         return [StatusEntry("force at the tool", text, _warn_if(recent > 0))]
 
     def _chamber_entries(self) -> list[StatusEntry]:
-        """A warning on cylinders whose chambers seem to be exchanged."""
-        problem = "" if self.chambers is None else self.chambers.problem
-        return [StatusEntry("chambers", problem, Level.WARN)] if problem else []
+        """Warnings on cylinders: exchanged chambers, pressures above those of the supply."""
+        entries: list[StatusEntry] = []
+        for name, check in (("chambers", self.chambers), ("supply", self.supply)):
+            if check is not None and check.problem:
+                entries.append(StatusEntry(name, check.problem, Level.WARN))
+        return entries
 
     def _sensor_entries(self) -> list[StatusEntry]:
         """What became of readings of sensors; a warning if one contradicts the others."""

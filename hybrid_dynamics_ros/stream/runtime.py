@@ -81,6 +81,7 @@ class Runtime:
         self.monitor.sensors = self.sensors
         self.monitor.tool = self.pipeline.tool
         self.monitor.chambers = self.pipeline.chambers
+        self.monitor.supply = self.pipeline.pressures.supply
         self.lock = threading.RLock()  # for the stream and for calls with changes
         self.result: MotionResult | None = None
         self.conditions = Conditions()
@@ -231,6 +232,7 @@ class Runtime:
         self.evaluator.reset()
         self.pipeline.readings.joiner.clear()
         self.pipeline.chambers.clear()
+        self.pipeline.pressures.supply.clear()
         self.pipeline.tool.reset()
         self.pipeline.scale.reset()
         for source in self.pipeline.poses.every:

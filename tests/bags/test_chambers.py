@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Payload, load
+from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.process import process
@@ -75,3 +76,47 @@ def test_a_processed_bag_tells_it(excavator, exchanged, tmp_path: Path):
     outcome = process(Job(write(tmp_path / "in", entries), tmp_path / "out", "excavator"))
     told = [loss for loss in outcome.losses if WORDS in loss]
     assert told == [f"{name}{WORDS}" for name in exchanged]
+
+
+def entries_of(excavator, exchanged, scale=1.0):
+    entries = []
+    for stamp, u, du, cap, rod in zip(*recorded(excavator, 900.0, exchanged), strict=True):
+        data = pressures(int(stamp), CYLINDERS, scale * cap, scale * rod)
+        entries.append((PRESSURE_INPUT, PRESSURES, int(stamp), data))
+        data = joint_state(int(stamp), excavator.active, u, du)
+        entries.append((INPUT, JOINT_STATE, int(stamp), data))
+    return entries
+
+
+@pytest.mark.parametrize("exchanged", [(), ("boom_cylinder", "stick_cylinder")])
+def test_an_evaluated_bag_tells_it(excavator, exchanged, tmp_path: Path):
+    bag = write(tmp_path / "in", entries_of(excavator, exchanged))
+    losses = collect(bag, "excavator", None, "spline", None, 1000).losses
+    assert losses == ([f"{', '.join(exchanged)}{WORDS}"] if exchanged else [])
+
+
+def test_pressures_that_stay_above_the_supply_are_told_in_bags(excavator, tmp_path: Path):
+    highest = recorded(excavator, 900.0, ())[3].max()
+    scale = 450e5 / highest  # of a sensor with a wrong range
+    bag = write(tmp_path / "in", entries_of(excavator, (), scale))
+    words = "boom_cylinder: a measured pressure of 450 bar, 100 bar beyond its supply of 350 bar"
+    losses = collect(bag, "excavator", None, "spline", None, 1000).losses
+    assert words in losses
+    outcome = process(Job(bag, tmp_path / "out", "excavator"))
+    assert words in list(outcome.losses)
+
+
+def test_a_stream_tells_pressures_that_stay_above_the_supply(excavator):
+    supply = Pipeline(excavator, 10.0, 0.5).pressures.supply
+    zeros = np.zeros(len(CYLINDERS))
+    high = np.full(len(CYLINDERS), 400e5)
+    for k in range(200):  # peaks at stops are no reason
+        cap = high if k % 20 == 0 else zeros
+        supply.take(PressureSample(START + STEP * k, CYLINDERS, cap, zeros))
+    assert supply.problem == ""
+    for k in range(100):
+        supply.take(PressureSample(START + STEP * k, CYLINDERS, high, zeros))
+    for name in CYLINDERS:
+        assert f"{name}: a measured pressure of 400 bar, 50 bar beyond its supply" in supply.problem
+    supply.clear()
+    assert supply.problem == ""

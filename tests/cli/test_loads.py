@@ -128,6 +128,26 @@ def test_pressures_that_no_cylinder_has_are_refused(verb, pressures, words):
     assert words in answer.output
 
 
+@pytest.mark.parametrize("verb", ["id", "reactions", "fd"])
+def test_pressures_above_the_supply_are_told_by_name_and_margin(verb):
+    line = "note: boom_cylinder: a measured pressure of 500 bar, 150 bar beyond its supply of 350"
+    above, at = (
+        call(verb, "excavator", "--pressures", f"boom_cylinder={cap}*bar:5*bar").output
+        for cap in (500, 350)
+    )
+    assert line in above
+    assert "a measured pressure" not in at
+
+
+def test_exchanged_chambers_are_told_beside_the_required_force():
+    words = "pressures fit the motion better with cap and rod side exchanged"
+    notes = data_of("id", "excavator", "--pressures", "boom_cylinder=5*bar:130*bar")["notes"]
+    assert notes == [f"note: boom_cylinder: {words}"]
+    for pressures in ("130*bar:5*bar", "350*bar:0", "100*bar:100*bar", "0:0"):
+        answer = call("id", "excavator", "--pressures", f"boom_cylinder={pressures}")
+        assert words not in answer.output
+
+
 @pytest.mark.parametrize("verb", ["id", "reactions"])
 def test_zeros_of_a_robot_without_masses_have_a_note(verb):
     assert "no link has a mass" in call(verb, "staicu2015").output

@@ -173,3 +173,18 @@ def test_a_clock_in_milliseconds_is_refused(lifted, tmp_path):
     answer = weigh(folder, write(tmp_path / "lift.csv", counted))
     assert answer.exit_code == 2
     assert "milliseconds" in answer.output
+
+
+def test_pressures_that_stay_above_the_supply_are_told_beside_the_mass(lifted, tmp_path):
+    folder, columns = lifted
+    data = write(tmp_path / "lift.csv", columns)
+    assert data_of("weigh", data, "--robot", str(folder / "robot.yaml"))["notes"] == []
+    limit = 0.8 * columns[BOOM].max()
+    text = (folder / "robot.yaml").read_text(encoding="utf-8")
+    assert "supply_pressure: 35000000.0" in text
+    weak = tmp_path / "weak.yaml"
+    weak.write_text(text.replace("supply_pressure: 35000000.0", f"supply_pressure: {limit}"))
+    (note,) = data_of("weigh", data, "--robot", str(weak))["notes"]
+    margin = (columns[BOOM].max() - limit) * 1e-5
+    assert note.startswith("boom_cylinder: a measured pressure of ")
+    assert f"{margin:.4g} bar beyond its supply of {limit * 1e-5:.4g} bar" in note

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
+import numpy as np
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.dynamics.pressure_check import excess
 from hybrid_dynamics_core.estimation import (
     MeasuredRun,
     PayloadEstimate,
@@ -92,7 +94,14 @@ def command(
         empty_run = _run(empty, zero, machine)
         losses += more
     estimate = estimate_payload(run, empty_run, frame)
-    show(facts(estimate, run), as_json, text_of(estimate, run, has_empty=empty is not None))
+    notes = _pressure_notes(measured.within(*span), machine)
+    show(
+        facts(estimate, run) | {"notes": notes},
+        as_json,
+        text_of(estimate, run, has_empty=empty is not None),
+    )
+    for note in notes:
+        click.echo(f"{data}: note: {note}", err=True)
     if measured.unused:
         names = ", ".join(measured.unused)
         click.echo(f"{data}: columns that are not used: {names}", err=True)
@@ -126,6 +135,16 @@ def _run(path: Path, measured: Measurements, machine: Robot) -> MeasuredRun:
         return measured.run(machine)
     except SensorError as error:
         raise SensorError(f"{path}: {error}") from error
+
+
+def _pressure_notes(measured: Measurements, machine: Robot) -> list[str]:
+    """A line on each cylinder with pressures that stay above its supply or relief pressure."""
+    notes: list[str] = []
+    for name, sides in measured.pressures.items():
+        text = excess(machine.cylinders[name], np.maximum(*sides))
+        if text:
+            notes.append(text)
+    return notes
 
 
 def facts(estimate: PayloadEstimate, run: MeasuredRun) -> dict[str, Any]:

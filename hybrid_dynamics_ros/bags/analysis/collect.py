@@ -32,7 +32,7 @@ from ..smooth import estimates_of
 from ..storage.bag_reader import BagReader
 from ..storage.storage import Losses
 from .error_statistics import ErrorStatistics
-from .pressure_efforts import PressureEfforts
+from .pressure_efforts import PressureEfforts, exchanged_chambers
 from .recording import COMPUTED, EvaluatedRecording
 from .stamp_intervals import StampIntervals
 
@@ -250,6 +250,10 @@ class _Collector:
         intervals = np.zeros(0)
         if self._intervals:
             intervals = np.concatenate(self._intervals).astype(np.float64) * 1e-9
+        state = ClosedState.joined([part.state for part in results])
+        efforts = np.concatenate([part.efforts for part in results])
+        pressures = self._pressures.pressures(stamps)
+        problem = exchanged_chambers(self._robot, state, efforts, pressures)
         mostly_measured = self._with_velocity >= self._without_velocity
 
         def since_start(stamp_ns: int) -> float:
@@ -261,9 +265,9 @@ class _Collector:
             topic=self._topic,
             start_ns=start_ns,
             time=(stamps - start_ns) * 1e-9,
-            state=ClosedState.joined([part.state for part in results]),
+            state=state,
             acceleration=np.concatenate([part.acceleration for part in results]),
-            efforts=np.concatenate([part.efforts for part in results]),
+            efforts=efforts,
             recorded=np.concatenate([part.recorded for part in results]),
             every=self._every,
             counts=self._pipeline.counts,
@@ -274,10 +278,10 @@ class _Collector:
             max_gap=self._max_gap,
             stamps=StampIntervals(since_start(first_ns), intervals),
             errors=self._errors,
-            losses=losses,
+            losses=[*losses, problem] if problem else losses,
             smooth=self._smooth,
             pressure_topic=self._pressures.topic,
-            pressures=self._pressures.pressures(stamps),
+            pressures=pressures,
             pressed=tuple(np.array(self._robot.active)[self._is_pressed].tolist()),
             causal_lag=self._evaluator.estimator.lag(measured=mostly_measured),
         )

@@ -6,10 +6,13 @@ too, and forces are interpolated linearly between two readings. So they have no 
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
-from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core import ClosedState, Robot, SingularityError, cylinder_force
+from hybrid_dynamics_core.dynamics.pressure_check import exchanged_text, fits_exchanged
 
 from ...messages.joint_samples import FloatArray
 from ...messages.pressures import PressureInput, PressureSample
@@ -17,6 +20,7 @@ from ..recorded_pressures import pressure_topic, read_pressures
 from ..storage.bag_reader import BagReader
 
 Stamps = NDArray[np.int64]
+_LEAST: Final = 20  # samples that show the side of a sensor
 
 
 class PressureEfforts:
@@ -92,6 +96,38 @@ class PressureEfforts:
         """Forces along the drives (N, d) [N]; NaN if not measured."""
         columns = [_between(readings, stamps, self._reach) for readings in self._readings]
         return np.stack(columns, axis=1)
+
+
+def exchanged_chambers(
+    robot: Robot, state: ClosedState, efforts: FloatArray, pressures: dict[str, FloatArray]
+) -> str:
+    """A text on cylinders whose pressures fit with exchanged chambers; "" if there are none.
+
+    Args:
+        robot: the robot.
+        state: closed states, a batch of N.
+        efforts: efforts (N, n) of the active joints that the motion requires [N m or N].
+        pressures: pressures (N, 2) on cap and rod side by cylinder [Pa]; NaN if not measured.
+    """
+    rows = np.flatnonzero(np.isfinite(efforts).all(axis=1))
+    try:
+        required = robot.drive_forces(state.rows(rows), efforts[rows])
+    except SingularityError:
+        return ""  # the drives cannot give these efforts
+    names: list[str] = []
+    for name, sides in pressures.items():
+        cap, rod = sides[rows].T
+        is_measured = np.isfinite(cap)
+        if name not in required or is_measured.sum() < _LEAST:
+            continue
+        cylinder, needed = robot.cylinders[name], required[name]
+        squares: list[float] = []
+        for first, second in ((cap, rod), (rod, cap)):
+            rest = (cylinder_force(cylinder, first, second) - needed)[is_measured]
+            squares.append(float(rest @ rest))
+        if fits_exchanged(*squares):
+            names.append(name)
+    return exchanged_text(names) if names else ""
 
 
 def _between(readings: dict[int, float], stamps: Stamps, reach: int) -> FloatArray:

@@ -8,21 +8,17 @@ from typing import Any, Final
 import numpy as np
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.dynamics.pressure_check import exchanged_text, fits_exchanged
 
 from ...messages.joint_samples import FloatArray
 
-BETTER: Final = 0.25  # share of the squares: exchanged chambers that leave less fit better
 _SPACING: Final = 100_000_000  # [ns] between samples that count
 _LEAST: Final = 20  # samples
 _FADE: Final = 0.98  # of the sums at each sample, so that old motions fade
 
 
 class ChamberCheck:
-    """Compares measured forces of cylinders with those that the motion requires.
-
-    An unknown load or friction does not look like exchanged chambers: these turn the sign of the
-    force of the fuller side.
-    """
+    """Compares measured forces of cylinders with those that the motion requires."""
 
     def __init__(self, robot: Robot) -> None:
         """Start without samples."""
@@ -67,11 +63,7 @@ class ChamberCheck:
     @property
     def problem(self) -> str:
         """A text on cylinders whose chambers seem to be exchanged; "" if there are none."""
-        is_better = self._exchanged < BETTER * self._given
+        is_better = fits_exchanged(self._given, self._exchanged)
         places = np.flatnonzero(is_better & (self._counts >= _LEAST))
         names = [self._drives[place] for place in places.tolist()]
-        if not names:
-            return ""
-        return (
-            f"{', '.join(names)}: pressures fit the motion better with cap and rod side exchanged"
-        )
+        return exchanged_text(names) if names else ""
