@@ -101,12 +101,9 @@ def command(
     lines = [effort_table(machine, tau, parts), *margin_lines(margins)]
     texts = ["\n".join(lines)]
     if pressures:
-        measured, notes = measured_forces(machine, state, tau, pressures)
-        notes += excess_notes(machine, pressures)
-        data["measured"] = measured
-        data["notes"] = notes
-        rows = [[name, *forces.values()] for name, forces in measured.items()]
-        texts.append("\n".join([table(MEASURED_HEAD, rows), *notes]))
+        data["measured"], data["notes"] = measured_forces(machine, state, tau, pressures)
+        rows = [[name, *forces.values()] for name, forces in data["measured"].items()]
+        texts.append("\n".join([table(MEASURED_HEAD, rows), *data["notes"]]))
     if pins:
         reactions = machine.reactions(state, accelerations, loads)
         data["pins"] = pin_data(reactions)
@@ -131,7 +128,7 @@ def measured_forces(
 ) -> tuple[dict[str, dict[str, float]], list[str]]:
     """Measured and required force of each cylinder with pressures, and their difference [N].
 
-    Also a line on cylinders whose chambers seem to be exchanged, if there are any.
+    Also lines on cylinders with exchanged chambers, and with more pressure than their supply has.
     """
     required = machine.hydraulics(state, tau)
     result: dict[str, dict[str, float]] = {}
@@ -144,4 +141,5 @@ def measured_forces(
         other = float(cylinder_force(cylinder, rod, cap))
         if fits_exchanged((force - needed) ** 2, (other - needed) ** 2):
             exchanged.append(name)
-    return result, [f"note: {exchanged_text(exchanged)}"] if exchanged else []
+    notes = [f"note: {exchanged_text(exchanged)}"] if exchanged else []
+    return result, notes + excess_notes(machine, pressures)
