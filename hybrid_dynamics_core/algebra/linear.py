@@ -19,6 +19,15 @@ Matrix = Sequence[Scalars]
 Rows = list[list[Scalar]]
 
 
+def mirrored(matrix: Rows) -> Rows:
+    """A symmetric matrix, its lower triangle from the upper one."""
+    rows = [list(row) for row in matrix]
+    for i in range(len(rows)):
+        for j in range(i):
+            rows[i][j] = matrix[j][i]
+    return rows
+
+
 def transposed(rows: Matrix) -> Rows:
     """The columns of a matrix, as rows."""
     return [list(column) for column in zip(*rows, strict=True)]

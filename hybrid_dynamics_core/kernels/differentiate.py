@@ -1,4 +1,4 @@
-"""Exact derivatives of a program, by forward differentiation of its graph.
+"""Exact derivatives of a program, by differentiation of its graph.
 
 Each node gets its derivatives in the given directions, as further nodes of the same graph. Zero
 derivatives are left out, so structural zeros cost nothing. An iteration is differentiated by the
@@ -11,13 +11,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
 
-from ..algebra.linear import Inverse
+from ..algebra.linear import Inverse, mirrored, transposed, unit_vectors
 from ..algebra.numerics import invert, newton
-from ..algebra.scalar import Scalar, absolute, atan2, cos, rint, sin, sqrt
+from ..algebra.scalar import Scalar, Scalars, absolute, atan2, cos, rint, sin, sqrt
 from .graph import Block, Graph, Operand, Symbol
+from .jacobians.elimination import ORDERS, jacobian_by_elimination
+from .jacobians.slopes import slopes_of
 
 Operands = Sequence[Operand]
 Rows = list[list[Scalar]]
+# [nodes] graphs in which elimination always takes less than tangents of every node are longer
+LONGEST_BY_NODE = 2000
+MOST_COLUMNS = 8  # of a symmetric matrix; more columns take more operations than elimination
+PLACEHOLDER = -1  # number of the input vector of a linear function
 Tangent = dict[int, Operand]  # direction -> derivative, zeros left out
 _UNARY: Mapping[str, Callable[[Scalar], Scalar]] = {
     "neg": lambda a: -a,
@@ -33,13 +39,6 @@ _BINARY: Mapping[str, Callable[[Scalar, Scalar], Scalar]] = {
     "mul": lambda a, b: a * b,
     "div": lambda a, b: a / b,
     "atan2": atan2,
-}
-# constant slopes
-_CONSTANT: Mapping[str, tuple[float, float]] = {
-    "add": (1.0, 1.0),
-    "sub": (1.0, -1.0),
-    "neg": (-1.0, 0.0),
-    "rint": (0.0, 0.0),
 }
 
 
@@ -64,6 +63,51 @@ def jacobian(outputs: Operands, inputs: Operands) -> Rows:
         tangent = tangents.of(y)
         rows.append([tangent.get(direction, 0.0) for direction in directions])
     return rows
+
+
+def short_jacobian(outputs: Operands, inputs: Operands) -> Rows:
+    """The same in fewer operations, by elimination of nodes.
+
+    Graphs with blocks have it node by node. So have short graphs for which that takes less.
+    """
+    graph = _graph_of(outputs)
+    if graph is None:
+        return jacobian(outputs, inputs)
+    live = graph.live(outputs)
+    if any(graph.nodes[index][0] == "block" for index in live):
+        return jacobian(outputs, inputs)
+    candidates: list[Rows] = []
+    if len(live) <= LONGEST_BY_NODE:
+        candidates.append(jacobian(outputs, inputs))
+    candidates += [jacobian_by_elimination(graph, outputs, inputs, order) for order in ORDERS]
+    return _shortest(graph, candidates)
+
+
+def symmetric_matrix(function: Callable[[Scalars], list[Scalar]], scalars: Scalars) -> Rows:
+    """The matrix of a linear function, which is symmetric, from one of its triangles.
+
+    Args:
+        function: from a vector (n,) to a vector (n,).
+        scalars: n scalars of the kind that it computes with. On symbols, the matrix takes the
+            fewest operations of some ways.
+    """
+    n = len(scalars)
+    graph = _graph_of(scalars)
+    candidates: list[Rows] = []
+    if graph is None or n <= MOST_COLUMNS:
+        candidates.append(mirrored([function(unit) for unit in unit_vectors(n)]))
+    if graph is not None:
+        values: list[Symbol] = [graph.input(PLACEHOLDER, k) for k in range(n)]
+        images = function([*values])
+        for order in ORDERS:
+            rows = jacobian_by_elimination(graph, images, values, order)
+            candidates += [mirrored(rows), mirrored(transposed(rows))]
+    return candidates[0] if graph is None else _shortest(graph, candidates)
+
+
+def _shortest(graph: Graph, candidates: Sequence[Rows]) -> Rows:
+    """The matrix whose entries need the fewest nodes; of equal ones, the first."""
+    return min(candidates, key=lambda rows: len(graph.live([*chain.from_iterable(rows)])))
 
 
 def along(outputs: Operands, inputs: Operands, changes: Operands) -> list[Scalar]:
@@ -177,27 +221,7 @@ class _Tangents:
         changes = self.of(a), self.of(b)
         if not any(changes):
             return {}
-        slopes = self._slopes(index)
-        return _combine(slopes, changes)
-
-    def _slopes(self, index: int) -> tuple[Operand, Operand]:
-        """Derivatives of a node with respect to its operands."""
-        op, first, second = self._graph.nodes[index]
-        if op in _CONSTANT:
-            return _CONSTANT[op]
-        a, b = self._value(first), self._value(second)
-        if op == "mul":
-            return b, a
-        result = Symbol(self._graph, index)
-        if op == "div":
-            return 1.0 / b, -result / b
-        if op == "atan2":
-            size = a * a + b * b
-            return b / size, -a / size
-        return _slope(op, a, result), 0.0
-
-    def _value(self, x: int | float) -> Scalar:
-        return Symbol(self._graph, x) if isinstance(x, int) else x
+        return _combine(slopes_of(self._graph, index), changes)
 
     def _block(self, number: int) -> list[Tangent]:
         if number not in self._blocks:
@@ -211,16 +235,6 @@ class _Tangents:
                 tangents = _newton_tangents(block, solution, changes[1])
             self._blocks[number] = tangents
         return self._blocks[number]
-
-
-def _slope(op: str, a: Scalar, result: Symbol) -> Scalar:
-    """Derivative of a unary operation."""
-    if op == "sqrt":
-        return 0.5 / result
-    if op == "abs":
-        return a / result
-    slopes = {"sin": cos(a), "cos": -sin(a)}  # both are nodes: one often needs the other
-    return slopes[op]
 
 
 def _directions(changes: Sequence[Tangent]) -> set[int]:

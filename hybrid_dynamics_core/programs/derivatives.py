@@ -8,7 +8,7 @@ from itertools import chain, islice
 from ..algebra.linear import transposed, unit_vectors
 from ..algebra.scalar import Scalar, Scalars
 from ..dynamics.load_pattern import NOTHING, LoadPattern
-from ..kernels.differentiate import along, jacobian, substitute
+from ..kernels.differentiate import along, short_jacobian, substitute
 from ..kernels.graph import Graph, Operand, Symbol
 from ..kernels.trace import Check, Results, flatten
 from .dynamics import Dynamics
@@ -24,7 +24,7 @@ def inverse_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern, minimal=True)
         tau = dynamics.inverse(list(x.ddu))
-        d_u, d_du = _halves(jacobian(tau, [*x.u, *x.du]))
+        d_u, d_du = _halves(short_jacobian(tau, [*x.u, *x.du]))
         outputs = {"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": dynamics.mass_matrix()}
         return Results(outputs, dynamics.checks)
 
@@ -42,7 +42,7 @@ def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
         dynamics = Dynamics(model, x, pattern, minimal=is_regrouped(model))
         ddu, mass, checks = solve_motion(model, dynamics, list(x.tau))
         held = _constants(x.u, dynamics.n)
-        of_efforts = jacobian(dynamics.inverse(held), [*x.u, *x.du])
+        of_efforts = short_jacobian(dynamics.inverse(held), [*x.u, *x.du])
         at_solution = _substituted(of_efforts, dict(zip(held, ddu, strict=True)))
         columns: Matrix = []
         for column in transposed(at_solution):
@@ -72,7 +72,7 @@ def slopes(program: Program, results: Sequence[str], by: Sequence[str]) -> Progr
     def run(model: Model, x: Inputs) -> Results:
         outputs = program.run(model, x)
         flat = flatten([outputs.outputs[name] for name in results])
-        matrices = {f"d_{name}": jacobian(flat, list(getattr(x, name))) for name in by}
+        matrices = {f"d_{name}": short_jacobian(flat, list(getattr(x, name))) for name in by}
         return Results(matrices, outputs.checks)
 
     return Program(program.inputs, run, program.sizes)

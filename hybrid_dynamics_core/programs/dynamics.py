@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from ..algebra.linear import Rows, transposed
-from ..algebra.scalar import Scalar
+from ..algebra.scalar import Scalar, Scalars
 from ..algebra.vector import ZERO3
 from ..closure.closed_motion import ClosedMotion
 from ..dynamics.load_pattern import NOTHING, LoadedTree, LoadPattern
+from ..kernels.differentiate import symmetric_matrix
 from ..kernels.trace import Results
 from .closure import closed_motion, closed_outputs
 from .model import (
@@ -55,6 +56,7 @@ class Dynamics:
         self.loaded = LoadedTree(tree, pattern, x, self.motion.configuration, layout)
         self.tree = self.loaded.tree
         self.n = len(x.u)
+        self._u = x.u
         self._dds: list[Scalar] = []
 
     @property
@@ -79,17 +81,13 @@ class Dynamics:
         """R' u' (n_s,): the accelerations with u'' = 0."""
         return self.motion.accelerations([0.0] * self.n, self.ds)
 
-    def mass_matrix(self) -> list[list[Scalar]]:
-        """M-bar = R^T M R (n, n), column by column; the upper triangle mirrors the lower one."""
-        columns: Rows = []
-        for column in columns_of(self.motion):
-            forces = self.loaded.inertial_forces(column)
-            columns.append(self.project(forces))
-        rows = [list(column) for column in columns]
-        for i in range(self.n):
-            for j in range(i):
-                rows[i][j] = columns[j][i]
-        return rows
+    def mass_matrix(self) -> Rows:
+        """M-bar = R^T M R (n, n), the matrix of u'' -> R^T M R u''; M has no term of rates."""
+
+        def along_active(ddu: Scalars) -> list[Scalar]:
+            return self.project(self.loaded.inertial_forces(self.motion.rates(ddu)))
+
+        return symmetric_matrix(along_active, self._u)
 
 
 def columns_of(motion: ClosedMotion) -> list[list[Scalar]]:

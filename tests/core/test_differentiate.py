@@ -7,8 +7,15 @@ import pytest
 
 from hybrid_dynamics_core.algebra.numerics import invert, newton
 from hybrid_dynamics_core.algebra.scalar import absolute, atan2, cos, sin, sqrt
-from hybrid_dynamics_core.kernels.differentiate import evaluate, jacobian, substitute
+from hybrid_dynamics_core.kernels.differentiate import (
+    evaluate,
+    jacobian,
+    short_jacobian,
+    substitute,
+    symmetric_matrix,
+)
 from hybrid_dynamics_core.kernels.graph import Graph
+from hybrid_dynamics_core.kernels.jacobians.elimination import ORDERS, jacobian_by_elimination
 
 POINT = [0.7, -1.3, 2.1]
 FUNCTIONS = {
@@ -39,6 +46,72 @@ def test_operations(name: str) -> None:
     inputs = [graph.input(0, k) for k in range(3)]
     (row,) = jacobian([function(inputs)], inputs)
     assert values(graph, row, inputs) == pytest.approx(np.array(expected), rel=1e-14, abs=1e-15)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_elimination(name: str, order: int) -> None:
+    function, expected = FUNCTIONS[name]
+    graph = Graph()
+    inputs = [graph.input(0, k) for k in range(3)]
+    outputs = [function(inputs), inputs[1], 3.0]
+    rows = jacobian_by_elimination(graph, outputs, [*inputs, 1.0], order)
+    assert values(graph, rows[0][:3], inputs) == pytest.approx(
+        np.array(expected), rel=1e-14, abs=1e-15
+    )
+    assert rows[1] == [0.0, 1.0, 0.0, 0.0]
+    assert rows[2] == [0.0] * 4
+    assert rows[0][3] == 0.0
+
+
+def test_elimination_takes_fewer_operations_where_few_values_join_two_parts() -> None:
+    graph = Graph()
+    inputs = [graph.input(0, k) for k in range(40)]
+    joint = inputs[0]
+    for x in inputs[1:]:
+        joint = sin(joint * x)
+    outputs = [cos(joint * (k + 2.0)) for k in range(40)]
+    by_node, short = jacobian(outputs, inputs), short_jacobian(outputs, inputs)
+    entries = [[e for row in rows for e in row] for rows in (by_node, short)]
+    point = np.random.default_rng(3).uniform(0.5, 1.5, 40).tolist()
+    expected, found = (values(graph, flat, inputs, point) for flat in entries)
+    assert found == pytest.approx(expected, rel=1e-12, abs=1e-15)  # 40 products in another order
+    assert len(graph.live(entries[1])) < len(graph.live(entries[0]))
+
+
+def test_blocks_between_are_refused_by_elimination_and_differentiated_node_by_node() -> None:
+    graph = Graph()
+    entries = [graph.input(0, k) for k in range(16)]
+    outputs = invert(entries, 4)
+    with pytest.raises(ValueError, match="a block"):
+        jacobian_by_elimination(graph, outputs, entries, 1)
+    assert short_jacobian(outputs, entries)[0][0].index == jacobian(outputs, entries)[0][0].index
+
+
+def test_symmetric_matrix_on_symbols_is_that_on_floats() -> None:
+    size = 12
+    weights = np.random.default_rng(5).uniform(0.5, 2.0, size).tolist()
+
+    def function(x: list, at: list) -> list:
+        """J^T W J x, with J of a chain: each of its rows is the one before and a term more."""
+        total, forces = 0.0, []
+        for weight, factor, value in zip(weights, at, x, strict=True):
+            total = total + factor * value
+            forces.append(weight * total)
+        result, carried = [], 0.0
+        for factor, force in zip(reversed(at), reversed(forces), strict=True):
+            carried = carried + force
+            result.append(factor * carried)
+        return result[::-1]
+
+    graph = Graph()
+    u = [graph.input(0, k) for k in range(size)]
+    point = np.random.default_rng(6).uniform(0.5, 2.0, size).tolist()
+    rows = symmetric_matrix(lambda x: function(x, u), u)
+    found = values(graph, [e for row in rows for e in row], u, point)
+    expected = symmetric_matrix(lambda x: function(x, point), point)
+    assert found == pytest.approx(np.ravel(expected), rel=1e-14)
+    assert all(rows[i][j].index == rows[j][i].index for i in range(size) for j in range(i))
 
 
 def test_what_does_not_change_has_no_nodes() -> None:

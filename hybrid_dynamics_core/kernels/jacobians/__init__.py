@@ -1,0 +1,1 @@
+"""Derivatives of graphs: slopes of single nodes, and their accumulation."""
