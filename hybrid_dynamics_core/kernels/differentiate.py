@@ -73,11 +73,10 @@ def short_jacobian(outputs: Operands, inputs: Operands) -> Rows:
     graph = _graph_of(outputs)
     if graph is None:
         return jacobian(outputs, inputs)
-    live = graph.live(outputs)
-    if any(graph.nodes[index][0] == "block" for index in live):
+    if _has_blocks(graph, outputs):
         return jacobian(outputs, inputs)
     candidates: list[Rows] = []
-    if len(live) <= LONGEST_BY_NODE:
+    if len(graph.live(outputs)) <= LONGEST_BY_NODE:
         candidates.append(jacobian(outputs, inputs))
     candidates += [jacobian_by_elimination(graph, outputs, inputs, order) for order in ORDERS]
     return _shortest(graph, candidates)
@@ -92,17 +91,25 @@ def symmetric_matrix(function: Callable[[Scalars], list[Scalar]], scalars: Scala
             fewest operations of some ways.
     """
     n = len(scalars)
+    units = unit_vectors(n)
     graph = _graph_of(scalars)
+    if graph is None:
+        return mirrored([function(unit) for unit in units])
+    values: list[Symbol] = [graph.input(PLACEHOLDER, k) for k in range(n)]
+    images = function([*values])
     candidates: list[Rows] = []
-    if graph is None or n <= MOST_COLUMNS:
-        candidates.append(mirrored([function(unit) for unit in unit_vectors(n)]))
-    if graph is not None:
-        values: list[Symbol] = [graph.input(PLACEHOLDER, k) for k in range(n)]
-        images = function([*values])
+    if n <= MOST_COLUMNS or _has_blocks(graph, images):
+        candidates.append(mirrored([function(unit) for unit in units]))
+    if not _has_blocks(graph, images):
         for order in ORDERS:
             rows = jacobian_by_elimination(graph, images, values, order)
             candidates += [mirrored(rows), mirrored(transposed(rows))]
-    return candidates[0] if graph is None else _shortest(graph, candidates)
+    return _shortest(graph, candidates)
+
+
+def _has_blocks(graph: Graph, outputs: Operands) -> bool:
+    """Whether outputs depend on blocks; near singular places, elimination would lose digits."""
+    return any(graph.nodes[index][0] == "block" for index in graph.live(outputs))
 
 
 def _shortest(graph: Graph, candidates: Sequence[Rows]) -> Rows:

@@ -15,7 +15,7 @@ from .nodes import CallBlock, Fetch, Nodes
 from .text import ALIGNED, Function, Lanes
 
 UNDIVIDED = 20_000  # [nodes] longest trace in one part
-PART = 200  # [nodes] part of a longer trace: longer parts take more registers than there are
+PART = 2000  # [nodes] part of a longer trace
 
 
 class Parts:
