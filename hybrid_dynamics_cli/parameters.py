@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
@@ -29,6 +29,7 @@ from .quantities import coordinate_units, value_of
 from .robot_options import with_options, with_robot_options
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+T = TypeVar("T")
 
 
 class RobotType(click.ParamType):  # type: ignore[type-arg]
@@ -185,23 +186,45 @@ def vector(
         click.BadParameter: an invalid term, or a mixture of values with and without names.
     """
     values = np.array(default, dtype=float)
-    if text is None or not text.strip():
+    if text is None:
         return values
+    if not text.strip():
+        default_is = "without the option they are the default ones"
+        raise InputError(f"{option}: no values; expected those of {', '.join(names)}; {default_is}")
     parts = [part.strip() for part in text.split(",")]
     is_named = ["=" in part for part in parts]
     if any(is_named) and not all(is_named):
         problem = _mixed(text, parts, is_named.index(False))
         raise click.BadParameter(problem, param_hint=option)
-    given: dict[int, float] = {}
-    for k, part in enumerate(parts):
-        index = _index(option, text, part, names, k)
-        unit = units[index : index + 1]
-        given[index] = _value_of(option, text, part, names, k, unit)
+    indices = [_index(option, text, part, names, k) for k, part in enumerate(parts)]
+    terms = [
+        _value_of(option, text, part, names, k, units[index : index + 1])
+        for k, (part, index) in enumerate(zip(parts, indices, strict=True))
+    ]
     if not any(is_named) and len(parts) != len(names):
         count = counted(len(parts), "value")
         expected = f"expected {len(names)}, for {', '.join(names)}"
         raise InputError(f"{option}: {count}; {expected}{_comma_hint(text)}")
-    values[list(given)] = list(given.values())
+    once_each(option, [(names[index], index) for index in indices])
+    values[indices] = terms
+    return values
+
+
+def once_each(option: str, pairs: Iterable[tuple[str, T]]) -> dict[str, T]:
+    """Values by name, of which none is given twice.
+
+    Args:
+        option: name of the option, for messages.
+        pairs: names and values, in the order in which they were given.
+
+    Raises:
+        InputError: a name occurs twice.
+    """
+    values: dict[str, T] = {}
+    for name, value in pairs:
+        if name in values:
+            raise InputError(f"{option}: {name} is given twice")
+        values[name] = value
     return values
 
 

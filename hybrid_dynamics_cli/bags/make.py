@@ -17,7 +17,7 @@ from hybrid_dynamics_ros.bags.storage.bag_writer import require_new, require_rep
 from hybrid_dynamics_ros.bags.trajectory_file import Trajectory, read_trajectory
 
 from ..output import show, written
-from ..parameters import json_option, loaded
+from ..parameters import json_option, loaded, once_each
 from ..quantities import QuantityRange
 from .common import PATH, robot_option, tell_unused
 
@@ -102,12 +102,8 @@ def _motion_of(path: Path, robot: Robot) -> Trajectory:
 
 def _deviations(text: str) -> dict[str, float]:
     """Standard deviations by quantity. Raises click.BadParameter."""
-    deviations = {}
-    for entry in text.split(","):
-        if entry:
-            part, deviation = _deviation(entry)
-            deviations[part] = deviation
-    return deviations
+    entries = [entry for entry in text.split(",") if entry]
+    return once_each("--noise", map(_deviation, entries))
 
 
 def _deviation(entry: str) -> tuple[str, float]:

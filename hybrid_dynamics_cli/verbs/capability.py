@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,6 +25,7 @@ from ..parameters import (
     frame_option,
     json_option,
     loaded,
+    once_each,
     options,
     robot_argument,
     u_option,
@@ -125,15 +127,18 @@ def command(
 def _limits(machine: Robot, texts: tuple[str, ...]) -> dict[str, float]:
     """Largest efforts by drive."""
     units = dict(zip(machine.active, effort_units(machine), strict=True))
-    limits: dict[str, float] = {}
-    for text in texts:
-        name, _, term = text.partition("=")
-        try:
-            limits[name.strip()] = value_of(term, [units.get(name.strip(), "N"), "N m"])
-        except (ValueError, ArithmeticError) as error:
-            problem = f"'{text}': {error}; expected DRIVE=EFFORT, as slew=90*kN*m"
-            raise click.BadParameter(problem, param_hint="--limit") from error
-    return limits
+    return once_each("--limit", (_limit(text, units) for text in texts))
+
+
+def _limit(text: str, units: Mapping[str, str]) -> tuple[str, float]:
+    """The name and the effort of a text `DRIVE=EFFORT`."""
+    name, _, term = text.partition("=")
+    name = name.strip()
+    try:
+        return name, value_of(term, [units.get(name, "N"), "N m"])
+    except (ValueError, ArithmeticError) as error:
+        problem = f"'{text}': {error}; expected DRIVE=EFFORT, as slew=90*kN*m"
+        raise click.BadParameter(problem, param_hint="--limit") from error
 
 
 def _pair(over: str | None) -> tuple[str, str] | None:

@@ -24,6 +24,7 @@ from ..parameters import (
     json_option,
     loaded,
     named_value,
+    once_each,
     options,
     pair,
     robot_argument,
@@ -123,11 +124,11 @@ def command(
     joints = None
     if axes is not None:
         joints = _two_joints(axes, machine)
-    given = dict(named_value(text, "--hold", machine) for text in holds)
+    given = once_each("--hold", (named_value(text, "--hold", machine) for text in holds))
     base = _base(machine, u, given)
     held = _held(machine, base, joints, given)
     with options("range", **({"held": "hold"} if given else {})):
-        narrower = dict(pair(text, machine) for text in ranges)
+        narrower = once_each("--range", (pair(text, machine) for text in ranges))
         workspace = machine.workspace(samples, frame, narrower, held)
     data = facts(machine, workspace)
     lines = []

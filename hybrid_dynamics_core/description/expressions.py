@@ -44,6 +44,7 @@ _WITH_UNIT = re.compile(  # 18 kg, 70mm, 3 lb
 _LONGEST_FIRST = "|".join(sorted([*UNITS, "pi"], key=len, reverse=True))
 _NO_SIGN = re.compile(rf"(?<![\w.])({_NUMBER})\s*({_LONGEST_FIRST})\b")  # 60deg, 2 pi, 70 mm
 _SQUARE = re.compile(r"\b([a-zA-Z]+)(?:\^|\*\*)?2\b")  # m^2, m2
+_SIGNED_SQUARE = re.compile(r"([*/])\s*([a-zA-Z]+)(?:\^|\*\*)2\b")  # /s^2
 _APART = re.compile(rf"\b({_LONGEST_FIRST})\s+({_LONGEST_FIRST})\b")  # N m
 
 
@@ -92,7 +93,8 @@ def evaluate(
     except _NotAllowedError:
         terms = ", ".join(filter(None, ("numbers", names_are, "pi", "units")))
         allowed = f"{terms}, + - * /, parentheses and {', '.join(FUNCTIONS)}"
-        raise ValueError(f"'{text}' has something else than {allowed}") from None
+        hint = _power_hint(text)
+        raise ValueError(f"'{text}' has something else than {allowed}{hint}") from None
     problem = mismatch(quantity.dimension, units)
     if problem:
         raise ValueError(f"'{text}' {problem}")
@@ -112,6 +114,14 @@ def _no_expression(text: str, names_are: str) -> str:
     if names_are:
         terms = f"numbers, {names_are} and units"
     return f"'{text}' is neither a number nor an expression (+ - * / over {terms}){hint}"
+
+
+def _power_hint(text: str) -> str:
+    """What to write in place of a square: 3*rad/s^2 is 3*rad/s/s."""
+    squares = _SIGNED_SQUARE.sub(r"\1\2\1\2", text)
+    if squares == text:
+        return ""
+    return did_you_mean(squares)
 
 
 def _with_factors(text: str) -> str:
@@ -240,7 +250,9 @@ class _Evaluation:
         if not self.names_are:
             raise ValueError(f"'{name}' is not a number, pi or a unit{hint}")
         existing = ", ".join(self.names) or "none"
-        raise ValueError(f"'{name}' is not one of the {self.names_are} ({existing}){hint}")
+        raise ValueError(
+            f"'{name}' is not one of the {self.names_are} ({existing}) and no unit{hint}"
+        )
 
 
 def _literal(value: object) -> float:

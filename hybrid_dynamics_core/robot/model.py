@@ -302,7 +302,7 @@ class RobotModel:
         for name in given:
             if name not in self.coordinates:
                 raise InputError(no_such_name("coordinate", name, self.coordinates))
-        names = ", ".join(given)
+        names = ", ".join(given) or "no names"
         n = len(self.active)
         if len(given) != n:
             raise InputError(

@@ -182,3 +182,31 @@ def test_a_port_beyond_the_last_is_refused_as_such() -> None:
     result = call("view", "five_bar", "--port", "65536", "--trajectory", "a", "--bag", "b")
     assert result.exit_code == 2
     assert "65536 is not in the range 0<=x<=65535" in flat(result)
+
+
+TWICE = {
+    "coordinates": ("id excavator -u slew=0.1,stick_cylinder=0.5,slew=0.2", "-u: slew"),
+    "rates": ("id excavator --du slew=0.1,slew=0.1", "--du: slew"),
+    "efforts": ("fd excavator --tau slew=1,slew=2", "--tau: slew"),
+    "held": ("workspace five_bar --samples 9 --hold q_R=1 --hold q_R=2", "--hold: q_R"),
+    "range": ("workspace five_bar --samples 9 --range q_R=0:1 --range q_R=0:2", "--range: q_R"),
+    "noise": ("bag make no_bag --robot five_bar --noise effort=1,effort=2", "--noise: effort"),
+    "limit": ("capability excavator --limit slew=1 --limit slew=2", "--limit: slew"),
+}
+
+
+@pytest.mark.parametrize(("line", "what"), TWICE.values(), ids=TWICE.keys())
+def test_what_is_given_twice_is_refused(line: str, what: str) -> None:
+    """Otherwise one of the two would count, and nobody knows which."""
+    pytest.importorskip("rosbags")
+    answer = call(*line.split())
+    assert answer.exit_code == 2
+    assert f"{what} is given twice" in flat(answer)
+
+
+@pytest.mark.parametrize("option", ["-u", "--du", "--ddu"])
+def test_an_empty_text_is_no_default(option: str) -> None:
+    """As a variable of the shell leaves it that is not set."""
+    answer = call("id", "excavator", option, "")
+    assert answer.exit_code == 2
+    assert f"{option}: no values; expected those of slew" in flat(answer)

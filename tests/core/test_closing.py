@@ -123,6 +123,11 @@ def test_given_values_of_another_form(forging: Robot, values: object, words: str
         forging.close_given(values)
 
 
+def test_no_given_values_are_no_empty_words(forging: Robot) -> None:
+    with pytest.raises(InputError, match=r"^no names \(0 coordinates\) cannot be given"):
+        forging.close_given({})
+
+
 def test_rates_and_states_of_another_length(forging: Robot) -> None:
     good = {"q1": [0.0, 0.1], "q2": 2.3, "q3": -1.6, "q4": 0.0}
     with pytest.raises(InputError, match=r"lengths differ \(values 2, rates 3\)"):

@@ -230,8 +230,10 @@ WRONG = {
     "sin(3*mm)": "is of a length; expected an angle or a number without a unit",
     "sqrt(2*kg)": "is of a mass, no square",
     "atan2(1*mm, 1*N)": "puts a force and a length together",
-    "3*MM": "'MM' is not one of the parameters (reach) (did you mean 'mm'?)",
-    "3*lb": "'lb' is not one of the parameters (reach)",
+    "3*MM": "'MM' is not one of the parameters (reach) and no unit (did you mean 'mm'?)",
+    "3*lb": "'lb' is not one of the parameters (reach) and no unit",
+    "3*rad/s^2": "(did you mean '3*rad/s/s'?)",
+    "3*kg*mm**2": "(did you mean '3*kg*mm*mm'?)",
 }
 
 

@@ -25,6 +25,7 @@ from ...parameters import (
     frame_option,
     json_option,
     loaded,
+    once_each,
     options,
     pair,
     robot_argument,
@@ -125,7 +126,7 @@ def command(
     with options(tolerances="tolerance"):
         analysis = ToleranceAnalysis(machine, entries, frame, law)
     with options("range"):
-        narrower = dict(pair(text, machine) for text in ranges)
+        narrower = once_each("--range", (pair(text, machine) for text in ranges))
         places = analysis.poses(poses or POSES, narrower) if u is None else None
     if places is None:
         units = coordinate_units(machine)
