@@ -144,3 +144,43 @@ def test_without_any_length_the_reference_is_one_and_check_says_so(tmp_path: Pat
     assert "no link of its loops has a length" in call("check", str(file)).stdout
     file.write_text(ROD.format(x=0.3, y=0.4, offset=0.2, limits=""), encoding="utf-8")
     assert "has a length" not in call("check", str(file)).stdout
+
+
+# two levers, a slide on each, and a cut between the two slides, which are one cross in truth
+CROSS = """\
+format: 1
+name: cross
+links: {base: {}, A: {}, B: {}, D: {mass: 1}, E: {}}
+joints:
+  a: {type: revolute, parent: base, child: A, axis: z}
+  s: {type: prismatic, parent: A, child: D, axis: x, origin: {xyz: [OFFSET_A, 0, 0]}}
+  b: {type: revolute, parent: base, child: B, origin: {xyz: [0.3, 0.1, 0]}, axis: z}
+  t: {type: prismatic, parent: B, child: E, axis: [0.6, 0.8, 0], origin: {xyz: [OFFSET_B, 0, 0]}}
+closures:
+  cross: {kind: frame, between: {D: {xyz: [X_D, Y, 0]}, E: {xyz: [X_E, Y, 0]}}}
+active: [a]
+end_effector: {link: D}
+reference: {a: 0.2}
+"""
+
+
+def cross(offset_a: float, offset_b: float, x: float, y: float) -> Robot:
+    """The cross with the zeros of its slides, and with its cut, elsewhere."""
+    values = {"OFFSET_A": offset_a, "OFFSET_B": offset_b, "X_D": x - offset_a, "X_E": x - offset_b}
+    text = CROSS.replace("Y,", f"{y},")
+    for name, value in values.items():
+        text = text.replace(name, f"{value}")
+    return robot(text)
+
+
+@pytest.mark.parametrize(
+    "place", [(3.0, 0.0, 0.0, 0.0), (0.0, -5.0, 1.0, 2.0), (9.0, 9.0, 50.0, -70.0)]
+)
+def test_a_cut_between_two_slides_may_stand_anywhere(place: tuple[float, ...]) -> None:
+    """By hand too: the lever b turns as a does."""
+    machine = cross(*place)
+    first, other = cross(0.0, 0.0, 0.0, 0.0).close([0.5], [1.0]), machine.close([0.5], [1.0])
+    assert other.singularity == pytest.approx(first.singularity, rel=1e-9)
+    assert other.s[machine.coordinates.index("b")] == pytest.approx(0.5, abs=1e-9)
+    np.testing.assert_allclose(other.s, first.s, atol=1e-9)
+    np.testing.assert_allclose(other.R, first.R, atol=1e-9)
