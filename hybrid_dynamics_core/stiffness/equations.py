@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from .attachments import Key
 from .drive_springs import drive_compliance
-from .held import HELD, held_by
+from .held import HELD, Held, held_by
 from .places import Places
 from .posed_tree import PosedTree
 from .robot_interface import ElasticRobot
@@ -35,26 +36,55 @@ class Equation:
     deformation: float
 
 
+class HeldClosure(NamedTuple):
+    """A closure, and the directions that it holds.
+
+    Attributes:
+        closure: the closure.
+        held: the directions, in the axes of its pin.
+    """
+
+    closure: Closure
+    held: Held
+
+
+def held_closures(posed: PosedTree, elasticity: Elasticity) -> tuple[HeldClosure, ...]:
+    """All closures of a robot.
+
+    Args:
+        posed: its tree at a state.
+        elasticity: what of it is elastic.
+    """
+    closures: list[HeldClosure] = []
+    for closure in posed.description.closures:
+        bearing = elasticity.pins.get(closure.name)
+        held = held_by(HELD[closure.kind], bearing, posed.length)
+        closures.append(HeldClosure(closure, held))
+    return tuple(closures)
+
+
 def equations_of(
     robot: ElasticRobot,
     posed: PosedTree,
     elasticity: Elasticity,
     places: Places,
+    closures: Sequence[HeldClosure],
 ) -> list[Equation]:
-    """All equations of a robot with locked drives.
+    """All equations of a robot with locked drives, those of its closures first.
 
     Args:
         robot: the robot.
         posed: its tree at a state.
         elasticity: what of it is elastic.
         places: twists of places on its links.
+        closures: all closures.
 
     Raises:
         InputError: a spring cannot be counted.
     """
     equations: list[Equation] = []
-    for closure in posed.description.closures:
-        equations += _of_closure(posed, closure, elasticity, places)
+    for one in closures:
+        equations += _of_closure(posed, one, places)
     drives = _Drives(robot, posed, elasticity, _size(places))
     equations += drives.followers()
     equations += drives.locked()
@@ -68,19 +98,13 @@ def _size(places: Places) -> int:
     return int(first.shape[1])
 
 
-def _of_closure(
-    posed: PosedTree,
-    closure: Closure,
-    elasticity: Elasticity,
-    places: Places,
-) -> list[Equation]:
+def _of_closure(posed: PosedTree, one: HeldClosure, places: Places) -> list[Equation]:
+    closure, held = one
     a = posed.tree.body_index(closure.link_a)
     b = posed.tree.body_index(closure.link_b)
     key: Key = ("closure", closure.name)
     between = places[a, key] - places[b, key]
     gaps = posed.pin_pose(closure).displacements(between)
-    bearing = elasticity.pins.get(closure.name)
-    held = held_by(HELD[closure.kind], bearing, posed.length)
     equations: list[Equation] = []
     for row, deformation in zip(held.rows @ gaps, held.deformations, strict=True):
         equation = Equation(f"pins.{closure.name}", row, float(deformation))

@@ -30,13 +30,15 @@ class Equilibrium:
         structure: the structure.
         inverse: (n_s, m) pseudo-inverse of A_s.
         free: (n_s, k) motions of the joints that no equation holds.
-        stressed: (n_e, j) deformations of states of self-stress.
+        self_stress: (m, j) multipliers that balance without any load.
+        stressed: (n_e, j) deformations of these states of self-stress.
         scale: (n_s,) unit of each joint coordinate, of one length.
     """
 
     structure: Structure
     inverse: Array
     free: Array
+    self_stress: Array
     stressed: Array
     scale: Array
 
@@ -45,13 +47,19 @@ class Equilibrium:
 
         The loads must do no work on `free` motions.
         """
+        deformations: Array = loads[len(self.scale) :]
+        deformations = deformations - self.structure.A_e.T @ self.multipliers(loads)
+        return deformations
+
+    def multipliers(self, loads: Array) -> Array:
+        """Multipliers lambda (m, k) of the equations under loads (n_s + n_e, k)."""
         size = len(self.scale)
-        multipliers = self.inverse.T @ loads[:size]
-        statics: Array = loads[size:] - self.structure.A_e.T @ multipliers
+        statics: Array = self.inverse.T @ loads[:size]
         if not self.stressed.size:
             return statics
-        shares, _, _, _ = np.linalg.lstsq(self.stressed, statics, rcond=RANK)
-        relieved: Array = statics - self.stressed @ shares
+        deformations = loads[size:] - self.structure.A_e.T @ statics
+        shares, _, _, _ = np.linalg.lstsq(self.stressed, deformations, rcond=RANK)
+        relieved: Array = statics + self.self_stress @ shares
         return relieved
 
     def joint_displacements(self, deformations: Array) -> Array:
@@ -95,6 +103,7 @@ def equilibrium(structure: Structure) -> Equilibrium:
         structure=structure,
         inverse=inverse,
         free=scale[:, None] * right[rank:].T,
+        self_stress=self_stress,
         stressed=structure.A_e.T @ self_stress,
         scale=scale,
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..dynamics.loads import AppliedWrench, Loads
@@ -12,6 +14,32 @@ from .attachments import MASS
 from .posed_tree import Pose
 from .robot_interface import ElasticRobot
 from .structure import Structure
+
+
+@dataclass(frozen=True, eq=False)
+class Acting:
+    """A force and a moment on a place of a robot.
+
+    Attributes:
+        twists: (6, n_s + n_e) of the place, about the base origin.
+        place: (3,) where the force acts [m].
+        force: (3,) base axes [N].
+        moment: (3,) base axes [N m].
+        turns: whether both turn with the place.
+    """
+
+    twists: Array
+    place: Array
+    force: Array
+    moment: Array
+    turns: bool = False
+
+    def column(self) -> Array:
+        """Generalised forces (n_s + n_e,)."""
+        moment = self.moment + np.cross(self.place, self.force)
+        about_origin = np.concatenate([self.force, moment])
+        work: Array = self.twists.T @ about_origin
+        return work
 
 
 def load_column(robot: ElasticRobot, structure: Structure, loads: Loads) -> Array:
@@ -25,13 +53,9 @@ def load_column(robot: ElasticRobot, structure: Structure, loads: Loads) -> Arra
     Raises:
         InputError: a wrench is a batch, or on a frame that is not there.
     """
-    column = _weights(structure, loads.gravity)
-    for frame in loads.payloads:
-        _require_frame(robot, frame)
-        column += _payloads(structure, loads, frame)
-    for frame, wrench in loads.wrenches.items():
-        _require_frame(robot, frame)
-        column += _wrench(structure, frame, wrench)
+    column = np.zeros(structure.size)
+    for acting in acting_wrenches(robot, structure, loads):
+        column += acting.column()
     effects = loads.effects
     stretch = structure.posed.s - effects.rest
     spring = effects.stiffness * stretch + effects.preload
@@ -39,58 +63,73 @@ def load_column(robot: ElasticRobot, structure: Structure, loads: Loads) -> Arra
     return column
 
 
+def acting_wrenches(robot: ElasticRobot, structure: Structure, loads: Loads) -> list[Acting]:
+    """Weights, payloads and wrenches.
+
+    Args:
+        robot: the robot.
+        structure: its elastic structure.
+        loads: the loads.
+
+    Raises:
+        InputError: a wrench is a batch, or on a frame that is not there.
+    """
+    acting = _weights(structure, loads.gravity)
+    for frame in loads.payloads:
+        _require_frame(robot, frame)
+        acting += _payloads(structure, loads, frame)
+    for frame, wrench in loads.wrenches.items():
+        _require_frame(robot, frame)
+        acting.append(_wrench(structure, frame, wrench))
+    return acting
+
+
 def _require_frame(robot: ElasticRobot, frame: str) -> None:
     if frame not in robot.frames:
         raise InputError(no_such_name("frame", frame, robot.frames))
 
 
-def _weights(structure: Structure, gravity: Array) -> Array:
+def _weights(structure: Structure, gravity: Array) -> list[Acting]:
     """Weights of the links, without what is compensated."""
     description = structure.posed.description
-    column = np.zeros(structure.size)
+    acting: list[Acting] = []
     for body, link in enumerate(structure.posed.tree.bodies):
         data = description.links[link.name]
         pose = structure.posed.pose(body)
         twists = structure.places[body, MASS]
-        weight = data.mass * gravity
-        column += _force(twists, pose.point(data.com), weight)
+        acting.append(_force(twists, pose.point(data.com), data.mass * gravity))
         if data.compensated_mass:
-            lift = -data.compensated_mass * gravity
             place = pose.point(data.compensated_com)
-            column += _force(twists, place, lift)
-    return column
+            acting.append(_force(twists, place, -data.compensated_mass * gravity))
+    return acting
 
 
-def _payloads(structure: Structure, loads: Loads, frame: str) -> Array:
+def _payloads(structure: Structure, loads: Loads, frame: str) -> list[Acting]:
     """Weights of the payloads on a frame."""
     place, twists = structure.twists(frame)
     pose = Pose(structure.frame_rotation(frame), place.origin)
-    column = np.zeros(structure.size)
+    acting: list[Acting] = []
     for body in loads.payloads[frame]:
         com = pose.point(np.asarray(body.com))
-        column += _force(twists, com, body.mass * loads.gravity)
-    return column
+        acting.append(_force(twists, com, body.mass * loads.gravity))
+    return acting
 
 
-def _wrench(structure: Structure, frame: str, wrench: AppliedWrench) -> Array:
+def _wrench(structure: Structure, frame: str, wrench: AppliedWrench) -> Acting:
     """A wrench on a frame."""
     if wrench.values.shape != (6,):
         raise InputError(f"the wrench on '{frame}' is a batch; expected 6 numbers")
     force = wrench.values[:3]
     moment = wrench.values[3:]
-    if wrench.axes == "frame":
+    turns = wrench.axes == "frame"
+    if turns:
         rotation = structure.frame_rotation(frame)
         force = rotation @ force
         moment = rotation @ moment
     pose, twists = structure.twists(frame)
-    angular = twists[3:]
-    turned: Array = angular.T @ moment
-    return turned + _force(twists, pose.origin, force)
+    return Acting(twists, pose.origin, force, moment, turns)
 
 
-def _force(twists: Array, place: Array, force: Array) -> Array:
-    """Generalised forces of a force (3,) at a place (3,), from twists about the base origin."""
-    moment = np.cross(place, force)
-    about_origin = np.concatenate([force, moment])
-    work: Array = twists.T @ about_origin
-    return work
+def _force(twists: Array, place: Array, force: Array) -> Acting:
+    """A force (3,) at a place (3,) that keeps its direction."""
+    return Acting(twists, place, force, np.zeros(3))

@@ -54,7 +54,7 @@ def modes_of(robot: ElasticRobot, solved: Equilibrium, loads: Loads) -> Modes:
     """
     structure = solved.structure
     mass = mass_matrix(robot, structure, loads)
-    shapes = _deformations(solved)
+    shapes = allowed_deformations(solved)
     moved = solved.joint_displacements(shapes)
     basis = _with_free(solved, mass, np.vstack([moved, shapes]))
     reduced = basis.T @ mass @ basis
@@ -76,7 +76,7 @@ def modes_of(robot: ElasticRobot, solved: Equilibrium, loads: Loads) -> Modes:
     )
 
 
-def _deformations(solved: Equilibrium) -> Array:
+def allowed_deformations(solved: Equilibrium) -> Array:
     """An orthonormal basis (n_e, k) of the deformations that the equations allow."""
     count = len(solved.structure.springs)
     if not solved.stressed.size:

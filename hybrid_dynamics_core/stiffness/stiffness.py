@@ -19,7 +19,8 @@ from ..ground.check_arrays import real_array
 from ..ground.suggestions import no_such_name
 from .check_names import check_names
 from .equilibrium import Equilibrium, equilibrium
-from .load_columns import load_column
+from .load_columns import acting_wrenches, load_column
+from .loaded.stiffness import LoadedStiffness, loaded_compliance
 from .modes import Modes, modes_of
 from .posed_tree import pose_tree
 from .robot_interface import ElasticRobot
@@ -58,7 +59,7 @@ class Stiffness:
     """Stiffness of a frame at one state, with drives locked.
 
     Compliances are those to first order about the unloaded state: loads do not change the geometry
-    that they act on. Wrenches and displacements are those of the frame's origin in base axes,
+    that they act on; in `loaded` they do. Wrenches and displacements are those of the frame's origin in base axes,
     linear before angular.
     """
 
@@ -232,6 +233,28 @@ class Stiffness:
         loads = self._robot.loads if loads is None else loads
         require_type("loads", loads, Loads, "robot.loads")
         return modes_of(self._robot, self._solved, loads)
+
+    def loaded(self, loads: Loads | None = None) -> LoadedStiffness:
+        """Compliance about this state as the state under loads: their levers turn as it moves.
+
+        The state is the pose that the robot has under the loads. Drives, pins and links are strained
+        by them. Chen and Kao (2000); Klimchik and Pashkevich (2017).
+
+        Args:
+            loads: weights, payloads and wrenches; those of the description if None.
+
+        Raises:
+            InputError: a load is a batch, or on a frame that is not there.
+            SingularityError: the drives do not hold the loads, or the robot tips or buckles.
+        """
+        loads = self._robot.loads if loads is None else loads
+        require_type("loads", loads, Loads, "robot.loads")
+        structure = self._solved.structure
+        column = load_column(self._robot, structure, loads)
+        self._require_held(column, "the load")
+        acting = acting_wrenches(self._robot, structure, loads)
+        frame = self._pose.displacements(self._twists)
+        return loaded_compliance(self._solved, acting, column, frame)
 
     def _deflection(self, deformations: Array) -> Deflection:
         """The deflection of deformations (n_e,) in coordinates of unit stiffness."""

@@ -19,7 +19,7 @@ import numpy as np
 from ..description.elasticity import Elasticity
 from ..ground.arrays import Array
 from .attachments import Key
-from .equations import Equation, equations_of
+from .equations import Equation, HeldClosure, equations_of, held_closures
 from .places import ROOT, Places, places_of
 from .posed_tree import Pose, PosedTree
 from .robot_interface import ElasticRobot
@@ -36,6 +36,8 @@ class Structure:
         A_s: (m, n_s) equations over joint coordinates.
         A_e: (m, n_e) equations over deformations.
         places: (6, n_s + n_e) twist about the base origin of each place, by body and key.
+        order: (n_s + n_e,) grows from the base to the tips; deformations of one spring have one.
+        closures: what each closure holds, in the order of the first equations.
     """
 
     posed: PosedTree
@@ -43,6 +45,8 @@ class Structure:
     A_s: Array
     A_e: Array
     places: Places
+    order: Array
+    closures: tuple[HeldClosure, ...]
 
     @property
     def length(self) -> float:
@@ -100,7 +104,8 @@ def build_structure(robot: ElasticRobot, posed: PosedTree, elasticity: Elasticit
     """
     joints = virtual_joints(posed, elasticity)
     places = places_of(posed, joints)
-    equations = equations_of(robot, posed, elasticity, places)
+    closures = held_closures(posed, elasticity)
+    equations = equations_of(robot, posed, elasticity, places, closures)
     elastic = [equation for equation in equations if equation.deformation > 0.0]
     names = [joint.name for joint in joints.deformations]
     names += [equation.name for equation in elastic]
@@ -117,6 +122,8 @@ def build_structure(robot: ElasticRobot, posed: PosedTree, elasticity: Elasticit
         A_s=rows[:, :size],
         A_e=np.hstack([of_joints, of_springs]),
         places=_widened(places, len(elastic)),
+        order=np.concatenate([joints.order(posed), np.zeros(len(elastic))]),
+        closures=closures,
     )
 
 

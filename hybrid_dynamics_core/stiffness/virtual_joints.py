@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
 from ..description.elasticity import Elasticity
 from ..ground.arrays import Array
 from .held import joint_bearing
@@ -46,6 +48,22 @@ class VirtualJoints:
         for twist in twists.T:
             self.deformations.append(Deformation(name, twist))
         return list(range(first, len(self.deformations)))
+
+    def order(self, posed: PosedTree) -> Array:
+        """Order (n_s + k,) of joints and deformations on every path from the base to a tip.
+
+        What comes first carries what comes later. Deformations of one spring are at one place.
+        """
+        size = len(posed.tree.coordinates)
+        groups = [[size + k for k in spring] for spring in self.of_links.get(-1, [])]
+        for body, link in enumerate(posed.tree.bodies):
+            groups.append([size + k for k in self.of_joints.get(body, [])])
+            groups.append([link.coordinate])
+            groups += [[size + k for k in spring] for spring in self.of_links.get(body, [])]
+        order = np.zeros(size + len(self.deformations))
+        for place, group in enumerate(groups):
+            order[group] = place
+        return order
 
 
 def virtual_joints(posed: PosedTree, elasticity: Elasticity) -> VirtualJoints:
