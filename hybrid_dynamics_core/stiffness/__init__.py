@@ -12,6 +12,7 @@ from ..description.elasticity import (
     box_section,
     tube_section,
 )
+from .loaded.stiffness import LoadedStiffness
 from .modes import Modes
 from .stiffness import Deflection, Stiffness, stiffness_at
 from .stiffness_map import StiffnessMap, stiffness_map
@@ -24,6 +25,7 @@ __all__ = [
     "DriveStiffness",
     "Elasticity",
     "LinkMatrix",
+    "LoadedStiffness",
     "Modes",
     "OilColumn",
     "Section",

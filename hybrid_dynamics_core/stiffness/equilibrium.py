@@ -47,8 +47,8 @@ class Equilibrium:
 
         The loads must do no work on `free` motions.
         """
-        deformations: Array = loads[len(self.scale) :]
-        deformations = deformations - self.structure.A_e.T @ self.multipliers(loads)
+        gaps = self.structure.A_e.T @ self.multipliers(loads)
+        deformations: Array = loads[len(self.scale) :] - gaps
         return deformations
 
     def multipliers(self, loads: Array) -> Array:

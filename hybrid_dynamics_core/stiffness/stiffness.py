@@ -59,8 +59,8 @@ class Stiffness:
     """Stiffness of a frame at one state, with drives locked.
 
     Compliances are those to first order about the unloaded state: loads do not change the geometry
-    that they act on; in `loaded` they do. Wrenches and displacements are those of the frame's origin in base axes,
-    linear before angular.
+    that they act on; in `loaded` they do. Wrenches and displacements are those of the frame's
+    origin in base axes, linear before angular.
     """
 
     def __init__(
@@ -237,8 +237,8 @@ class Stiffness:
     def loaded(self, loads: Loads | None = None) -> LoadedStiffness:
         """Compliance about this state as the state under loads: their levers turn as it moves.
 
-        The state is the pose that the robot has under the loads. Drives, pins and links are strained
-        by them. Chen and Kao (2000); Klimchik and Pashkevich (2017).
+        The state is the pose that the robot has under the loads. They strain drives, pins and
+        links. Chen and Kao (2000); Klimchik and Pashkevich (2017).
 
         Args:
             loads: weights, payloads and wrenches; those of the description if None.
