@@ -97,8 +97,8 @@ def _followed(solved: Equilibrium, change: Array, basis: Array) -> Array:
     size = len(solved.scale)
     of_joints = change[:size, :size] * np.outer(solved.scale, solved.scale)
     least = HELD * float(np.abs(of_joints).max(initial=0.0))
-    own = free.T @ change @ free
-    values, vectors = np.linalg.eigh(0.5 * (own + own.T))
+    idle = free.T @ change @ free
+    values, vectors = np.linalg.eigh(0.5 * (idle + idle.T))
     if (values < -least).any():
         raise SingularityError(
             "a joint without a drive or spring tips over under these loads", loop="", distance=0.0
