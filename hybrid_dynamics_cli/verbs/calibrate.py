@@ -139,13 +139,13 @@ def command(
         new_file = {place: new_text(result, place.parent)}
         write_files(new_file, result.robot.robot.description, overwrite)
     show(report, as_json, text)
-    tell_doubt(result, data)
+    print_misfit(result, data)
     if result.unused:
         names = ", ".join(result.unused)
         click.echo(f"{data}: columns that are not used: {names}", err=True)
 
 
-def tell_doubt(result: Calibration, data: Path) -> None:
+def print_misfit(result: Calibration, data: Path) -> None:
     """Print on stderr that the parameters do not explain the measurements."""
     rows = len(result.residuals)
     excluded = len({outlier.line for outlier in result.outliers})

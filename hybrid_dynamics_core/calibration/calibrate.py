@@ -25,7 +25,7 @@ from .unseen import identifiable, unseen_combinations
 
 Data = str | Path | Mapping[str, Sequence[float] | Array]
 CONFIDENCE = 0.95
-DOUBT = 1e-3  # probability of a chi-squared above which the given noise is believed
+LEAST_PROBABILITY = 1e-3  # probability of a chi-squared above which the given noise is believed
 LEAST_FREE = 1e-9  # 1 - leverage of a row that alone determines a parameter
 MOST_OPEN = 0.3  # share of rows that may close with the estimates only
 
@@ -184,7 +184,7 @@ class _Results:
             return 1.0
         from scipy import stats  # noqa: PLC0415  slow to import
 
-        limit = float(stats.chi2.isf(DOUBT, freedom)) / freedom
+        limit = float(stats.chi2.isf(LEAST_PROBABILITY, freedom)) / freedom
         chi2 = self.fitted.chi2
         return float(np.sqrt(chi2)) if chi2 > limit else 1.0
 

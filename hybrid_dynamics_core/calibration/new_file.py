@@ -52,13 +52,13 @@ def changes(calibration: Calibration) -> Iterator[str]:
     for parameter in calibration.free:
         one = calibration.parameters[parameter.name]
         change = f"changed by {one.change:+.3g} +- {one.half:.2g} {one.unit}".rstrip()
-        doubt = ""
+        warning = ""
         if not one.identifiable:
             change = f"changed by {one.change:+.3g} {one.unit}".rstrip()
-            doubt = "; the measurements do not show it"
+            warning = "; the measurements do not show it"
         elif parameter.place in OUTSIDE:
-            doubt = "; it has no place in this file"
-        yield f"{parameter.name}: {one.value:.9g}, was {one.start:.9g}, {change}{doubt}"
+            warning = "; it has no place in this file"
+        yield f"{parameter.name}: {one.value:.9g}, was {one.start:.9g}, {change}{warning}"
     for loop in _broken(calibration):
         yield f"{loop}: no parallelogram any more; it is closed as a four-bar near the reference"
 

@@ -26,7 +26,7 @@ ROUNDS = 12  # of leaving rows out and taking them back
 STILL = 0.01  # of a deviation: change of a parameter that has converged
 SURELY = 0.1  # share of an estimated deviation below which a median shows it to be too wide
 MEDIAN = 1.17  # deviation of the scatter by a median, times the root of the number of residuals
-DOUBT = 4.0  # such deviations that are no chance
+SIGNIFICANT = 4.0  # such deviations that are no chance
 LEAST_FREE = 1e-6  # 1 - leverage below which a component alone determines a parameter
 
 
@@ -137,7 +137,7 @@ def _narrowed(fitter: Fitter, fitted: Fitted) -> Fitted:
         if not len(measured):
             continue
         scatter = float(robust_deviation(measured))
-        chance = DOUBT * MEDIAN / np.sqrt(len(measured))
+        chance = SIGNIFICANT * MEDIAN / np.sqrt(len(measured))
         if scatter < max(SURELY, 1.0 - chance):
             deviations[k] *= scatter
     return fitter.with_noise(fitted, noise.with_deviations(deviations))

@@ -13,7 +13,7 @@ from .complex_ball import Ball
 from .interval import Interval, enclosing
 from .rounding import bound
 
-SOLVED = 1e-12  # [rad or m] doubt of coordinates that other blocks have solved
+SOLVED = 1e-12  # [rad or m] uncertainty of coordinates that other blocks have solved
 
 
 def enclosed(
@@ -21,15 +21,15 @@ def enclosed(
     configuration: Configuration,
     given: Sequence[int],
 ) -> Configuration:
-    """The configuration in intervals: given values are points, solved ones have a doubt."""
+    """The configuration in intervals: given values are points, solved ones have an uncertainty."""
     result = Configuration(len(configuration.q), configuration.charts)
     for k, value in enumerate(configuration.q):
         if value is None:
             continue
-        doubt = SOLVED
+        uncertainty = SOLVED
         if k in given:
-            doubt = 0.0
-        interval = Interval(float(value) - doubt, float(value) + doubt)
+            uncertainty = 0.0
+        interval = Interval(float(value) - uncertainty, float(value) + uncertainty)
         result.set_value(k, interval, revolute=tree.is_revolute(k))
     return result
 

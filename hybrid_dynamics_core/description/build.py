@@ -148,7 +148,7 @@ class _Builder:
         if cannot_move:
             return Link(name, mass, com, inertia)
         if mass == 0.0 and np.any(inertia):
-            self.document.doubt_inertia(
+            self.document.warn_of_inertia(
                 entry.key_path("inertia"), "it belongs to a link without a mass"
             )
         if mass > 0.0 and "inertia" not in entry:

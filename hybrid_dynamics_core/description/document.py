@@ -235,7 +235,7 @@ class Document:
         """Add a note on what was changed at an entry."""
         self.notes.append(str(self._located(path, remark)))
 
-    def doubt_inertia(self, path: KeyPath, problem: str) -> None:
+    def warn_of_inertia(self, path: KeyPath, problem: str) -> None:
         """Add a note on an inertia that no rigid body has, but which is used as given."""
         self.impossible[dotted(path)] = problem
         self.note(path, f"{problem}; it is taken as it stands")

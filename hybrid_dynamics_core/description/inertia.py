@@ -49,7 +49,7 @@ def read_inertia(body: Entry, mass: float, slack: float) -> Array:
         )
     problem = impossibility(inertia, slack)
     if problem:
-        document.doubt_inertia(path, problem)
+        document.warn_of_inertia(path, problem)
     return inertia
 
 

@@ -87,14 +87,14 @@ def explain_failure(
     nearest = f"the nearest found is {remaining} away"
     loop = _toggling_loop(problem, u, residual)
     if loop is not None:
-        place = f"only reached where loop '{loop}' is singular and its joints cannot be told"
+        place = f"reached only where loop '{loop}' is singular and its joints are undetermined"
         return IKStatus.SINGULAR, f"{place}; {nearest}"
     outside = _solution_beyond_limits(problem, descent)
     if outside is not None:
         joints = _exceeded_limits(problem, outside)
         return (
             IKStatus.LIMIT,
-            f"only beyond the limits of {joints} is it reached; {nearest} within them",
+            f"reached only beyond the limits of {joints}; {nearest} within them",
         )
     moving = _moving_rows(problem)
     unmoved = [row for row in _open_rows(problem.task, u) if row not in moving]

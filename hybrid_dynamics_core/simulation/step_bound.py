@@ -12,7 +12,7 @@ from ..robot.robot import Robot
 LONGEST = 1.0  # [rad] largest change of an angle in a step, predicted by its rate
 ROOM = 0.5  # largest move of a ball joint in a step, as a share of that to its singular chart
 SINGULAR_CHART = 0.5 * np.pi  # [rad] middle angle of a ball joint at which its chart is singular
-DOUBT = 0.5 * np.pi  # [rad] largest deviation from the prediction that loops are followed by
+LARGEST_DEVIATION = 0.5 * np.pi  # [rad] of a loop from its prediction, by which it is followed
 PLACES = 9  # least number of samples in a step: the degree of DOP853's output plus one
 APART = 0.1  # [rad] largest change of an angle between sampled places of a step
 MOST = 64  # largest number of additional places
@@ -102,7 +102,7 @@ class StepBound:
         n = R.shape[2]
         moves = states.u.reshape(by_step) - s[:, None, :n]
         off = np.abs(at_places - s[:, None] - moves @ R.transpose(0, 2, 1))[:, :, self._angles]
-        is_far = np.where(np.isnan(off), 0.0, off) > DOUBT
+        is_far = np.where(np.isnan(off), 0.0, off) > LARGEST_DEVIATION
         return np.asarray(middle.any(axis=(1, 2)) | is_far.any(axis=(1, 2)))
 
     def shorten(self, duration: float) -> None:

@@ -14,9 +14,8 @@ from ..stream.input_queue import InputQueue
 from ..stream.sequence_gaps import SequenceGaps
 from . import qos
 
-_CHECK_PERIOD: Final = (
-    0.1  # [s] for which the list of publishers is cached, since a query is expensive
-)
+# [s] for which the list of publishers is cached, since a query is expensive
+_CHECK_PERIOD: Final = 0.1
 
 
 class InputTopic:

@@ -218,7 +218,7 @@ def test_a_limit_is_told_with_the_value_that_would_be_needed() -> None:
         flat, 0.75
     )  # the tool is 0.015 m above the platform's joints
     told = [f"lambda_{leg} ({needed:.4g} m, limit 0.14 m)" for leg in "ABCDEF"]
-    assert result.message.startswith(f"only beyond the limits of {', '.join(told)} is it reached")
+    assert result.message.startswith(f"reached only beyond the limits of {', '.join(told)};")
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,8 @@ VAGUE = {
     "again",
     "stray",
     "tried",
+    "doubt",
+    "doubts",
 }
 ALLOWED = {  # sides, terms of files, names that users see, names of other libraries
     "left",

@@ -65,17 +65,17 @@ def solution_boxes(graph: LoopGraph, cells: Cells) -> ClosedBoxes:
     radius = np.full((count, size), LEAST)
     holds = np.zeros(count, dtype=bool)
     step = np.zeros((count, size))
-    doubt = np.full((count, size), np.inf)
+    uncertainty = np.full((count, size), np.inf)
     for _ in range(ATTEMPTS):
         slopes = graph.jacobian(cells, radius)
         inverse = slopes.preconditioner()
-        step, doubt = krawczyk(
+        step, uncertainty = krawczyk(
             inverse,
             residual,
             slopes.defect(inverse),
             radius,
         )
-        needed = bound(np.abs(step) + doubt)
+        needed = bound(np.abs(step) + uncertainty)
         holds = np.asarray((needed < radius).all(axis=1))
         grows = ~holds & (needed < MOST).all(axis=1)
         if not grows.any():
@@ -86,7 +86,7 @@ def solution_boxes(graph: LoopGraph, cells: Cells) -> ClosedBoxes:
             radius,
         )
     centre = cells.near - step
-    lower, upper = down(down(centre) - doubt), up(up(centre) + doubt)
+    lower, upper = down(down(centre) - uncertainty), up(up(centre) + uncertainty)
     holds &= np.isfinite(lower).all(axis=1)
     return ClosedBoxes(lower, upper, radius, holds)
 
@@ -99,13 +99,13 @@ def alone_within(graph: LoopGraph, cells: Cells, boxes: ClosedBoxes) -> Array:
         radius = np.full_like(largest, size)
         slopes = graph.jacobian(cells, radius)
         inverse = slopes.preconditioner()
-        step, doubt = krawczyk(
+        step, uncertainty = krawczyk(
             inverse,
             residual,
             slopes.defect(inverse),
             radius,
         )
-        proved = (bound(np.abs(step) + doubt) < radius).all(axis=1) & boxes.holds
+        proved = (bound(np.abs(step) + uncertainty) < radius).all(axis=1) & boxes.holds
         largest = np.where(
             proved[:, None],
             np.maximum(largest, radius),
@@ -124,5 +124,5 @@ def krawczyk(
     with np.errstate(invalid="ignore"):
         step = (inverse @ residual.middle)[..., 0]
         errors = residual.radius + SHARE * np.abs(residual.middle)
-        doubt = (sizes @ errors)[..., 0] + (defect @ radius[:, :, None])[..., 0]
-    return step, bound(doubt)
+        uncertainty = (sizes @ errors)[..., 0] + (defect @ radius[:, :, None])[..., 0]
+    return step, bound(uncertainty)

@@ -99,13 +99,13 @@ def all_distinct(balls: Balls) -> bool:
     first, second = np.triu_indices(count, k=1)
     apart = _apart(balls.centres[first], balls.centres[second])
     both = balls.radii[first] + balls.radii[second]
-    return bool(np.all(apart > _doubt(both)))
+    return bool(np.all(apart > _minor_change(both)))
 
 
 def decided(balls: Balls) -> Flags:
     """Whether each solution was proved to be real, or proved not to be (n,)."""
     apart = _apart(balls.centres, balls.centres.conj())
-    return balls.real | (apart > _doubt(2.0 * balls.radii))
+    return balls.real | (apart > _minor_change(2.0 * balls.radii))
 
 
 def finite(balls: Balls) -> Flags:
@@ -113,8 +113,8 @@ def finite(balls: Balls) -> Flags:
     turns = balls.centres[:, :4]
     value = np.abs((turns * turns).sum(axis=1))
     radii = balls.radii
-    doubt = bound(2.0 * np.abs(turns).sum(axis=1) * radii + 4.0 * radii**2 + 8.0 * SHARE)
-    return np.asarray(value > doubt)
+    uncertainty = bound(2.0 * np.abs(turns).sum(axis=1) * radii + 4.0 * radii**2 + 8.0 * SHARE)
+    return np.asarray(value > uncertainty)
 
 
 def _made_real(points: Complex) -> tuple[Complex, Flags]:
@@ -152,8 +152,8 @@ def _residual(
     total = errors + SHARE * np.abs(vectors)
     strengths = np.abs(inverses)
     steps = np.abs((inverses @ vectors[..., None])[..., 0])
-    doubt = (strengths @ total[..., None])[..., 0]
-    return _largest(steps + doubt)
+    uncertainty = (strengths @ total[..., None])[..., 0]
+    return _largest(steps + uncertainty)
 
 
 def _defect(inverses: Complex, jacobians: Complex, doubtful: Array) -> Array:
@@ -181,6 +181,6 @@ def _apart(one: Complex, other: Complex) -> Array:
     return largest
 
 
-def _doubt(radii: Array) -> Array:
+def _minor_change(radii: Array) -> Array:
     """Largest change of a minor of unit vectors by two radii with this sum."""
     return bound(2.1 * radii + radii**2 + SHARE)

@@ -219,7 +219,7 @@ def entry_radii(feet: Interval, tips: Interval, squares: Interval) -> Array:
     """Bounds (legs,) of the errors of all entries of the quadrics of legs."""
     foot_sizes = np.linalg.norm(feet.magnitude, axis=1)
     sizes = foot_sizes + np.linalg.norm(tips.magnitude, axis=1)
-    doubt = feet.radius.sum(axis=1) + tips.radius.sum(axis=1)
+    uncertainty = feet.radius.sum(axis=1) + tips.radius.sum(axis=1)
     entries = sizes**2 + squares.magnitude + sizes
-    changes = 4.0 * (sizes + doubt + 1.0) * doubt + squares.radius
+    changes = 4.0 * (sizes + uncertainty + 1.0) * uncertainty + squares.radius
     return bound(_SHORT_SUM * entries + changes)
