@@ -35,10 +35,12 @@ def subdivided(block: BlockSolver, setting: Setting) -> BlockModes | None:
     if not graph.is_smooth:
         return None
     given = np.array([float(before.q[k]) for k in block.inputs])
-    doubt = np.array([0.0 if k in setting.given else SOLVED for k in block.inputs])
+    uncertainty = np.array([0.0 if k in setting.given else SOLVED for k in block.inputs])
     turns = np.array([tree.is_revolute(k) for k in block.unknowns])
     reach = np.array([bounds.get(k, HALF_TURN) for k in block.unknowns])
-    solutions = all_solutions(graph, Region(given - doubt, given + doubt, -reach, reach, turns))
+    solutions = all_solutions(
+        graph, Region(given - uncertainty, given + uncertainty, -reach, reach, turns)
+    )
     number = counted(len(solutions.middle), "certified solution")
     reason = f"{number}, by subdivision of all values into {solutions.boxes} boxes"
     if solutions.complete:

@@ -112,11 +112,11 @@ def _step(
     cells = region.cells(middle)
     slopes = graph.jacobian(cells, radius)
     inverse = slopes.preconditioner()
-    move, doubt = krawczyk(inverse, graph.residuals(cells), slopes.defect(inverse), radius)
+    move, uncertainty = krawczyk(inverse, graph.residuals(cells), slopes.defect(inverse), radius)
     with np.errstate(invalid="ignore"):
-        alone = (bound(np.abs(move) + doubt) < radius).all(axis=1)
-        lower = np.fmax(lower, down(down(middle - move) - doubt))
-        upper = np.fmin(upper, up(up(middle - move) + doubt))
+        alone = (bound(np.abs(move) + uncertainty) < radius).all(axis=1)
+        lower = np.fmax(lower, down(down(middle - move) - uncertainty))
+        upper = np.fmin(upper, up(up(middle - move) + uncertainty))
     left = ~alone & (lower <= upper).all(axis=1)
     sizes = np.abs(slopes.middle) + slopes.radius
     halves = _halves(lower[left], upper[left], sizes[left])
@@ -154,8 +154,8 @@ def _distinct(graph: LoopGraph, region: Region, proved: _Certified) -> tuple[Arr
     near = _refined(graph, region, proved)
     cells = region.cells(near)
     boxes = solution_boxes(graph, cells)
-    middle, doubt = _around(boxes.lower, boxes.upper)
-    slack = doubt + TURNS
+    middle, uncertainty = _around(boxes.lower, boxes.upper)
+    slack = uncertainty + TURNS
     inside = (bound(np.abs(middle - proved.middle) + slack) < proved.radius).all(axis=1)
     decided = bool((boxes.holds & inside).all())
     guards = graph.guards(cells, boxes.lower, boxes.upper)
