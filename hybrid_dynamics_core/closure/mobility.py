@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from ..algebra.independence import independent_rows, null_space
 from ..description.model import RobotDescription
+from ..errors import DescriptionError
 from ..ground.arrays import Array
 from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree, build_tree
@@ -34,6 +35,7 @@ from .reference_search import (
 INDEPENDENT = 1e-6
 ZERO = 1e-8  # singular values below this share of the largest count as zero
 MAX_EQUATIONS = 600  # of loops in files of others; their dense equations take seconds
+_MAX_LISTED = 5  # closures in a message
 NOTED = 0.01  # [rad or m] smaller changes from the drawn pose come from rounding in the file
 
 
@@ -77,9 +79,7 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     generic = generic_near(tree, loops, closed.s)
     chosen = _independent_names(tree, robot, loops, generic)
     if names and not chosen:
-        raise robot.error(
-            "active", "the loops hold every joint fast: nothing is left to move; mend the geometry"
-        )
+        raise _held_fast(robot)
     if not is_closed_at(tree, loops, start):
         robot = _with_note_of_closing(tree, robot, start, closed.s)
     robot, s = _regular(tree, robot, closed.s, chosen)
@@ -89,6 +89,18 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     dependent = tuple(name for name in robot.motors if name not in motors)
     reference = dict(zip(names, s.tolist(), strict=True))
     return Mobility(motors + idle, idle, dependent, reference, robot)
+
+
+def _held_fast(robot: RobotDescription) -> DescriptionError:
+    """The error of a robot without a freedom, at its first closure or coupling."""
+    names = [closure.name for closure in robot.closures]
+    shown = ", ".join(names[:_MAX_LISTED])
+    more = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
+    problem = (
+        f"the loops hold every joint fast: nothing is left to move; take out one of {shown}{more},"
+        " or mend lengths and axes"
+    )
+    return robot.error(robot.closure_key(names[0]), problem)
 
 
 def _check_equation_count(robot: RobotDescription, loops: Sequence[LoopEquations]) -> None:

@@ -132,7 +132,7 @@ def rpy_to_axis(axis: Array) -> list[float]:
 
 def rotation_from_quaternion(quaternion: Array) -> Array:
     """Rotation matrix (3, 3) of a quaternion w, x, y, z of any length above zero."""
-    w, x, y, z = quaternion
+    w, x, y, z = quaternion / np.max(np.abs(quaternion))  # so that no square overflows
     return snapped(rotation_matrix((x, y, z, w)))
 
 

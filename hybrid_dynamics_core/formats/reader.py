@@ -38,6 +38,7 @@ _XML_READERS: dict[str, XmlDocument] = {
     "gazebo": sdf_document,  # before 1.3
     "mujoco": mjcf_document,
 }
+_XML_ENDINGS = (".sdf", ".urdf", ".xacro", ".world", ".mjcf", ".xml")
 _ALL_DRIVEN = ["all"]  # until the joints are known
 _FARTHEST = {"link": "farthest"}
 
@@ -60,7 +61,8 @@ def read_description(path: str | Path, options: FileOptions = NO_OPTIONS) -> Rob
     path = Path(path)
     require_description(path)
     text = read_text(path)
-    if not text.removeprefix("\ufeff").lstrip().startswith("<"):
+    is_xml = text.removeprefix("\ufeff").lstrip().startswith("<")
+    if not is_xml and path.suffix.lower() not in _XML_ENDINGS:
         _refuse_model(options, path)
         return parse_description(text, path, options)
     if options.parameters:

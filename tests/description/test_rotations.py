@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from hybrid_dynamics_core import DescriptionError, load
+from hybrid_dynamics_core.description.geometry import rotation_from_quaternion
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.sampling import examples
 
@@ -142,3 +143,12 @@ def test_a_json_file_is_a_description(indent: int | str | None, tmp_path: Path) 
 
 def test_a_joint_without_a_power_limit_has_none() -> None:
     assert parsed({"rpy": [0, 0, 0]}).joints["q"].power_limit == math.inf
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-170, 1e160, 1e300])
+def test_a_quaternion_may_have_any_length(size: float) -> None:
+    """Neither its squares overflow, nor its inverse."""
+    quaternion = np.array([0.1, -0.2, 0.3, 0.4])
+    turn = rotation_from_quaternion(size * quaternion)
+    expected = Rotation.from_quat(quaternion, scalar_first=True).as_matrix()
+    assert turn == pytest.approx(expected, abs=ROUNDING)

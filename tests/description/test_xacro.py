@@ -265,6 +265,33 @@ def test_the_environment_is_not_read_and_that_is_noted(tmp_path: Path) -> None:
     assert any("$(optenv HOME): the environment is not read; taken: 'b'" in n for n in notes)
 
 
+def test_a_missing_package_is_told_in_words_alone(tmp_path: Path) -> None:
+    file = small(tmp_path, '<xacro:include filename="$(find nobody)/a.xacro"/>')
+    with pytest.raises(DescriptionError, match="xacro: there is no package 'nobody'; searched:"):
+        load(file)
+
+
+def test_expressions_in_other_files_are_told_what_they_are(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text(
+        '<robot name="r"><link name="a"/><link name="b"/>\n<joint name="j" type="continuous">\n'
+        '<parent link="a"/><child link="b"/><origin xyz="$(optenv A 0 0 1)"/></joint></robot>',
+        encoding="utf-8",
+    )
+    with pytest.raises(
+        DescriptionError, match=r"an expression of xacro: .* \.urdf\.xacro"
+    ) as caught:
+        load(file)
+    assert caught.value.line == 3
+
+
+def test_a_file_named_as_xml_is_read_as_xml(tmp_path: Path) -> None:
+    file = tmp_path / "arm.sdf"
+    file.write_text('?xml version="1.0"?>\n<sdf version="1.9"/>', encoding="utf-8")
+    with pytest.raises(DescriptionError, match="XML"):
+        load(file)
+
+
 def test_without_the_library_a_sentence_says_what_to_install(
     robot: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -221,7 +221,7 @@ CHANGED = {
     "kinematic": (
         CRANK,
         f"{CRANK}<kinematic>true</kinematic>",
-        "links.crank: <kinematic> of <link> is 'true'",
+        "links.crank: <kinematic> of <link> is 'true', but joints move it; take it out",
     ),
     "floating": (
         CRANK,
@@ -241,7 +241,7 @@ CHANGED = {
     "place of a mass": (
         f"{MASS}<pose>",
         f'{MASS}<pose relative_to="floor">',
-        "links.crank: relative_to of <pose> is 'floor'",
+        "links.crank: the <pose> of <inertial> is always in its link; leave out relative_to",
     ),
     "place of the model": (
         MODEL,

@@ -348,3 +348,41 @@ def same(one: Mapping, other: Mapping) -> bool:
     return {name: str(vars(entry)) for name, entry in one.items()} == {
         name: str(vars(entry)) for name, entry in other.items()
     }
+
+
+AS_IT_IS = {
+    "a kinematic base": (
+        f'<link name="base">{BODY}',
+        f'<link name="base"><kinematic>1</kinematic>{BODY}',
+    ),
+    "the link that it has anyway": ("<inertial>", '<inertial><pose relative_to="base"/>'),
+    "a frame said twice": (
+        "<axis><xyz>0 1 0</xyz>",
+        (
+            '<axis><xyz expressed_in="__model__">0 1 0</xyz>'
+            "<use_parent_model_frame>1</use_parent_model_frame>"
+        ),
+    ),
+    "a link that is the world": ('<link name="base">', '<link name="world"/><link name="base">'),
+}
+
+
+@pytest.mark.parametrize("kind", AS_IT_IS)
+def test_words_that_change_nothing_are_read(tmp_path: Path, kind: str) -> None:
+    """Words that other programs write, and that say what holds anyway."""
+    text = legs("")
+    before, after = AS_IT_IS[kind]
+    assert before in text
+    plain, changed = read(tmp_path, text), read(tmp_path, text.replace(before, after, 1))
+    assert changed.coordinates == plain.coordinates
+    state = plain.close([0.3], [0.7])
+    assert np.array_equal(
+        changed.inverse_dynamics(changed.close([0.3], [0.7]), [2.0]),
+        plain.inverse_dynamics(state, [2.0]),
+    )
+
+
+def test_a_link_named_world_that_joints_move_is_refused(tmp_path: Path) -> None:
+    text = legs("").replace('"leg"', '"world"').replace(">leg<", ">world<")
+    with pytest.raises(DescriptionError, match="is a name that SDFormat reserves"):
+        read(tmp_path, text)

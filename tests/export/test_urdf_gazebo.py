@@ -229,6 +229,9 @@ def test_a_ball_of_drake_is_a_point(tmp_path: Path) -> None:
     )
     text = FOUR_BAR.replace("<robot ", '<robot xmlns:drake="http://drake.mit.edu" ')
     assert held(robot(tmp_path, ball, text), 0.25) == pytest.approx([-2.7771570328], abs=1e-8)
+    machine = robot(tmp_path, ball + ball, text)  # the second one says the same
+    assert len(machine.description.closures) == 2
+    assert held(machine, 0.25) == pytest.approx([-2.7771570328], abs=1e-8)
 
 
 def test_the_base_may_be_put_on_the_world(tmp_path: Path) -> None:

@@ -264,8 +264,11 @@ class TestLoopsThatDoNotClose:
             " 2.0943951023931953}\n"
         )
         description = replace(parse_description(text, file="truss.yaml"), active_set="motors")
-        with pytest.raises(DescriptionError, match="the loops hold every joint fast"):
+        with pytest.raises(
+            DescriptionError, match=r"hold every joint fast: .* take out one of top, or mend"
+        ) as caught:
             Robot(description)
+        assert caught.value.line == 8
 
     def test_a_tilt_is_described_in_radians(self) -> None:
         """Two frames of a planar loop, tilted by 0.1 rad against each other.

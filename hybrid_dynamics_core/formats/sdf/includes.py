@@ -161,8 +161,8 @@ class Includes:
             problem = f"more than {MAX_ELEMENTS} elements in all files; not a robot"
             raise self.xml.error(include, ("include",), problem)
         self.xml.document.add_files([file])
-        check_model(self.xml, models[0], version)
         upgrade(models[0], version)
+        check_model(self.xml, models[0], version)
         return models[0]
 
     def _replace(self, model: LocatedElement, include: LocatedElement) -> None:

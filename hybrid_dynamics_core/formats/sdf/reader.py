@@ -24,7 +24,7 @@ from .joints import Freedom, JointReader
 from .poses import WORLD, ModelPoses, pose_entry
 from .selection import Selection
 from .spanning_tree import spanning_tree
-from .versions import read_version
+from .versions import YES, read_version
 from .visuals import VisualReader
 from .vocabulary import WELD
 
@@ -107,9 +107,11 @@ class _SdfReader:
         data["name"] = self.model.get("name", data["name"])
         data["source"] = str(self.xml.file.name)
         for link in self.model.all("link"):
-            self.add_link(link)
+            if not self.is_world(link):
+                self.add_link(link)
         self.visuals.words.add_notes()
         self.add_joints()
+        self.require_still()
         data["gravity"] = gravity_entry(self.xml, self.poses, self.model, self.world)
         for frame in self.model.all("frame"):
             if not frame.get("name").endswith("__"):  # frames of nested models
@@ -142,6 +144,32 @@ class _SdfReader:
 
     # -- links
 
+    def is_world(self, element: LocatedElement) -> bool:
+        """Whether a link of the name `world` stands still, as a parent only, so is the world."""
+        if element.get("name") != WORLD:
+            return False
+        children = [joint.first("child") for joint in self.model.all("joint")]
+        if any(child is not None and child.text.strip() == WORLD for child in children):
+            return False
+        text = "link 'world' is moved by no joint; taken as the world, which stands still"
+        self.xml.note(element, text)
+        return True
+
+    def require_still(self) -> None:
+        """Raise if a joint moves a kinematic link, which Gazebo moves by no force."""
+        base = self.document.data["base"]
+        for link in self.model.all("link"):
+            kinematic = link.first("kinematic")
+            if kinematic is None or kinematic.text.strip() not in YES:
+                continue
+            if self.carrier(link.get("name")) != base:
+                problem = (
+                    f"<kinematic> of <link> is '{kinematic.text.strip()}', but joints move it;"
+                    " take it out, or fix the link to the world"
+                )
+                raise self.xml.error(kinematic, ("links", link.get("name")), problem)
+            self.xml.note(kinematic, "<kinematic> is passed over: its link stands still")
+
     def add_link(self, element: LocatedElement) -> None:
         name = self.xml.name(element, "links")
         path = ("links", name)
@@ -169,7 +197,14 @@ class _SdfReader:
         density = inertial.first("density")
         if density is not None:
             self.xml.note(density, f"<density> of {path[-1]} is left out: its mass is given")
-        pose = pose_entry(self.poses.read(inertial.first("pose"), path))
+        pose_element = inertial.first("pose")
+        if pose_element is not None and pose_element.get("relative_to") not in ("", path[-1]):
+            problem = (
+                "the <pose> of <inertial> is always in its link; leave out"
+                f' relative_to="{pose_element.get("relative_to")}", or convert the pose'
+            )
+            raise self.xml.error(pose_element, path, problem)
+        pose = pose_entry(self.poses.read(pose_element, path))
         tensor: Data = dict(_DEFAULT_INERTIA)
         inertia = inertial.first("inertia")
         if inertia is not None:

@@ -19,7 +19,7 @@ ROOTS = ("sdf", "gazebo")  # the second one before 1.3
 _JOINT_AXES: Version = (1, 5)  # since then an axis is in the joint frame
 _OLDEST: Version = (1, 2)
 CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
-_YES = ("true", "1")
+YES = ("true", "1")
 _AXES = ("axis", "axis2")
 _OLDER_WORD = "use_parent_model_frame"
 
@@ -41,26 +41,44 @@ def read_version(xml: XmlReader, root: LocatedElement) -> Version:
 def upgrade(element: LocatedElement, version: Version) -> None:
     """Add the attribute `expressed_in` to axes of an older version.
 
+    In a newer one, drop the older word where it repeats the attribute.
+
     Args:
         element: a model or a world; changed in place.
         version: version of its file.
     """
-    if version >= NAMED_FRAMES:
-        return
     for child in element.children:
         if child.tag == "model":
             upgrade(child, version)
         if child.tag == "joint":
             for axis in child.children:
-                if axis.tag in _AXES and _is_in_model(axis, version):
-                    _express_in_model(axis)
+                if axis.tag in _AXES:
+                    _upgrade_axis(axis, version)
+
+
+def _upgrade_axis(axis: LocatedElement, version: Version) -> None:
+    if version >= NAMED_FRAMES:
+        _drop_repeated_frame(axis)
+    elif _is_in_model(axis, version):
+        _express_in_model(axis)
+
+
+def _drop_repeated_frame(axis: LocatedElement) -> None:
+    """Drop the older word for the model frame where the newer attribute gives the same frame."""
+    xyz = axis.first("xyz")
+    if _says_model(axis) and xyz is not None and xyz.get("expressed_in") == MODEL:
+        axis.children = [child for child in axis.children if child.tag != _OLDER_WORD]
 
 
 def _is_in_model(axis: LocatedElement, version: Version) -> bool:
     if version < _JOINT_AXES:
         return True
+    return _says_model(axis)
+
+
+def _says_model(axis: LocatedElement) -> bool:
     word = axis.first(_OLDER_WORD)
-    return word is not None and word.text.strip() in _YES
+    return word is not None and word.text.strip() in YES
 
 
 def _express_in_model(axis: LocatedElement) -> None:

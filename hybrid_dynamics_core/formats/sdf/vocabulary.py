@@ -48,9 +48,8 @@ _MODEL: dict[str, Vocabulary] = {
     ),
     "link": vocabulary(
         "name",
-        "pose inertial gravity visual",
+        "pose inertial gravity visual kinematic",
         _OMITTED,
-        kinematic="false",
         must_be_base_link="false",
     ),
     "inertial": vocabulary(
@@ -72,7 +71,7 @@ _MODEL: dict[str, Vocabulary] = {
     "mimic": vocabulary("joint", "multiplier offset reference", axis="axis"),
     "frame": vocabulary("name attached_to", "pose"),
     "pose": vocabulary(f"relative_to {_ROTATION}", frame=""),
-    "inertial/pose": vocabulary(_ROTATION, relative_to="", frame=""),
+    "inertial/pose": vocabulary(f"relative_to {_ROTATION}", frame=""),
 }
 
 

@@ -66,9 +66,12 @@ REFUSED = {
     "quat_wxyz": "write it as quat_xyzw",
     "loop_joint": "give the loop as <loop>, or under closures",
     "drake:joint": 'write it as a <joint>, of type "spherical" for a ball; others in a robot.yaml',
-    "drake:distance_constraint": "it ties two links",
-    "drake:tendon_constraint": "it ties joints",
-    "drake:linear_bushing_rpy": "it puts springs between two links",
+    "drake:distance_constraint": "it ties two links; take it out, or write a rod as a link",
+    "drake:tendon_constraint": "it ties joints; take it out, or give it under couplings",
+    "drake:linear_bushing_rpy": (
+        "it puts springs between two links; take it out, or write a stiff one as"
+        " <drake:ball_constraint>"
+    ),
 }
 _SEVERAL = frozenset(
     {
@@ -80,6 +83,7 @@ _SEVERAL = frozenset(
         "loop",
         "coupling",
         "constraint",
+        "drake:ball_constraint",
         "material",
         "visual",
     }

@@ -213,6 +213,12 @@ def located(function: Any) -> Any:
     return call
 
 
+def words_of(error: Exception) -> str:
+    """The words of an error, without the class that xacro puts before those of another one."""
+    words = str(error) or type(error).__name__
+    return words.replace(f"{RefusedError}: ", "")
+
+
 # -- the whole
 
 
@@ -278,7 +284,7 @@ def expanded(file: str, given: dict[str, str]) -> dict[str, Any]:
     except RecursionError:
         return {"error": "macros or expressions call each other without end"}
     except Exception as error:  # noqa: BLE001 - xacro raises whatever an expression does
-        return {"error": str(error) or type(error).__name__, "place": getattr(error, "place", None)}
+        return {"error": words_of(error), "place": getattr(error, "place", None)}
     result["declared"] = sorted(arguments.declared)
     return result
 

@@ -176,4 +176,6 @@ class XmlReader:
         self, element: LocatedElement, count: int, key: KeyPath, shown: str
     ) -> DescriptionError:
         expected = "a number" if count == 1 else counted(count, "number")
+        if "$(" in shown or "${" in shown:
+            expected += "; this is an expression of xacro: give the file a name in .urdf.xacro"
         return self.error(element, key, f"<{element.tag}> {shown}; expected {expected}")
