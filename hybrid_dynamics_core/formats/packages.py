@@ -42,6 +42,7 @@ class Packages:
         self.package = self._enclosing_package()
         inside = {self.folder, self.package, file.resolve().parent, *self.search_path}
         self._roots = {folder.resolve() for folder in inside}
+        self._found: set[Path] = set()  # packages that are not installed
         self._installed: set[Path] = set()  # folders with symlinks to their files
 
     def find(self, name: str) -> Path:
@@ -55,6 +56,7 @@ class Packages:
         for folder in self._candidates():
             if _is_package(folder, name):
                 self._roots.add(folder.resolve())
+                self._found.add(folder)
                 return folder
         for prefix in self.prefixes:
             installed = prefix / "share" / name
@@ -126,6 +128,23 @@ class Packages:
             f"{path} is not below {roots}; what a robot file reads has to be in its folder, its"
             " package or the search path (search_path, --search-path)"
         )
+
+    def before_installation(self, path: Path) -> Path | None:
+        """The only file of a package that is installed to a path: the same below one more folder.
+
+        `install(DIRECTORY description/urdf DESTINATION share/PACKAGE)` of CMake leaves out such a
+        folder.
+
+        Args:
+            path: path in a package, without a file.
+        """
+        for package in (path.parent, *path.parent.parents):
+            if package in self._found or package == self.package:
+                inside = path.relative_to(package)
+                places = [folder / inside for folder in _folders_in(package)]
+                there = [place for place in places if may_be_file(place)]
+                return there[0] if len(there) == 1 else None
+        return None
 
     def _enclosing_package(self) -> Path:
         """The nearest package folder around the file; otherwise the file's folder."""

@@ -265,6 +265,26 @@ def test_the_environment_is_not_read_and_that_is_noted(tmp_path: Path) -> None:
     assert any("$(optenv HOME): the environment is not read; taken: 'b'" in n for n in notes)
 
 
+def test_files_of_a_package_are_found_before_it_is_installed(tmp_path: Path) -> None:
+    """CMake installs description/urdf of the package `arms` as share/arms/urdf."""
+    package = tmp_path / "arms"
+    (package / "description" / "urdf").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>arms</name></package>", encoding="utf-8")
+    part = '<robot><link name="b"/></robot>'
+    (package / "description" / "urdf" / "b.xacro").write_text(part, encoding="utf-8")
+    file = small(
+        package / "description" / "urdf",
+        '<xacro:include filename="$(find arms)/urdf/b.xacro"/><joint name="f" type="fixed">'
+        '<parent link="a"/><child link="b"/></joint>',
+    )
+    notes = load(file).description.notes
+    assert any("is there once its package is installed; read:" in note for note in notes)
+    (package / "other" / "urdf").mkdir(parents=True)
+    (package / "other" / "urdf" / "b.xacro").write_text(part, encoding="utf-8")
+    with pytest.raises(DescriptionError, match=r"there is no file .*urdf/b\.xacro"):
+        load(file)
+
+
 def test_a_missing_package_is_told_in_words_alone(tmp_path: Path) -> None:
     file = small(tmp_path, '<xacro:include filename="$(find nobody)/a.xacro"/>')
     with pytest.raises(DescriptionError, match="xacro: there is no package 'nobody'; searched:"):

@@ -76,6 +76,7 @@ class _Expander:
         self.packages = Packages(path, options.search_path)
         self.place = str(self.packages.folder / path.name)
         self.files: list[Path] = []
+        self.notes: list[str] = []
         self.length = 0
 
     def expand(self) -> Expansion:
@@ -92,6 +93,7 @@ class _Expander:
                 )
         root = self.tree(result["elements"])
         notes = [f"{self.path.name}: xacro: {one_line(line)}" for line in result["printed"]]
+        notes.extend(self.notes)
         return Expansion(root, notes, self.files)
 
     def result(self) -> dict[str, Any]:
@@ -163,8 +165,14 @@ class _Expander:
     def text_of(self, path: Path) -> dict[str, Any]:
         """The text of an included file."""
         self.packages.require(path)
+        asked = path
+        if not path.exists():
+            path = self.packages.before_installation(path) or path
         if not path.exists():
             return {"error": f"there is no file {path}{_INSTALLED}", "missing": True}
+        if path != asked:
+            self.packages.require(path)
+            self.notes.append(f"{asked} is there once its package is installed; read: {path}")
         text = read_text(path)
         self.length += len(text)
         if str(path) != self.place:
