@@ -42,7 +42,7 @@ class Packages:
         self.package = self._enclosing_package()
         inside = {self.folder, self.package, file.resolve().parent, *self.search_path}
         self._roots = {folder.resolve() for folder in inside}
-        self._found: set[Path] = set()  # packages that are not installed
+        self._sources: set[Path] = set()  # folders of packages that are not installed
         self._installed: set[Path] = set()  # folders with symlinks to their files
 
     def find(self, name: str) -> Path:
@@ -56,7 +56,7 @@ class Packages:
         for folder in self._candidates():
             if _is_package(folder, name):
                 self._roots.add(folder.resolve())
-                self._found.add(folder)
+                self._sources.add(folder)
                 return folder
         for prefix in self.prefixes:
             installed = prefix / "share" / name
@@ -139,7 +139,7 @@ class Packages:
             path: path in a package, without a file.
         """
         for package in (path.parent, *path.parent.parents):
-            if package in self._found or package == self.package:
+            if package in self._sources or package == self.package:
                 inside = path.relative_to(package)
                 places = [folder / inside for folder in _folders_in(package)]
                 there = [place for place in places if may_be_file(place)]
