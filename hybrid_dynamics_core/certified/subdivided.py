@@ -10,10 +10,10 @@ from ..ground.wording import counted
 from .boxes.all_solutions import Region, all_solutions
 from .boxes.loop_graph import LoopGraph
 from .boxes.slide_bounds import slide_bounds
-from .enclosed import SOLVED
 from .rounding import up
 from .setting import BlockModes, Setting
 
+ROUNDED = 1e-11  # [rad or m] what rounding of given values and of the file's numbers may decide
 HALF_TURN = float(up(np.asarray(np.pi)))  # [rad]
 
 
@@ -35,7 +35,7 @@ def subdivided(block: BlockSolver, setting: Setting) -> BlockModes | None:
     if not graph.is_smooth:
         return None
     given = np.array([float(before.q[k]) for k in block.inputs])
-    uncertainty = np.array([0.0 if k in setting.given else SOLVED for k in block.inputs])
+    uncertainty = np.full(len(given), ROUNDED)
     turns = np.array([tree.is_revolute(k) for k in block.unknowns])
     reach = np.array([bounds.get(k, HALF_TURN) for k in block.unknowns])
     solutions = all_solutions(

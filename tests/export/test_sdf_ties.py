@@ -219,9 +219,10 @@ type="revolute"><parent>{name}</parent><child>{name}_half</child><axis><xyz>0 0 
 
 def test_a_link_called_world_is_refused(tmp_path: Path) -> None:
     """It is not the world, with which a search for the tree would not end."""
-    text = model('<link name="world"/><link name="l"/>', "1.5")
-    with pytest.raises(DescriptionError, match="is a name that SDFormat reserves"):
-        read(tmp_path, text)
+    text = """<link name="world"/><link name="l"/><joint name="j" type="revolute"><parent>l</parent>
+<child>world</child><axis><xyz>0 0 1</xyz></axis></joint>"""
+    with pytest.raises(DescriptionError, match="world"):
+        read(tmp_path, model(text, "1.5"))
 
 
 # -- masses of collisions
