@@ -113,8 +113,10 @@ class NodeProcess:
         return wait_until(found, f"{pattern!r} in the node's log", deadline)
 
     def finish(self, deadline=DEADLINE):
-        """Exit code, once the node has ended."""
-        return self.process.wait(deadline)
+        """Exit code, once the node has ended; its words go to the report of a test that fails."""
+        code = self.process.wait(deadline)
+        print(self.output())  # noqa: T201
+        return code
 
     def stop(self, number=signal.SIGINT, deadline=DEADLINE):
         """Sends a signal; exit code."""
