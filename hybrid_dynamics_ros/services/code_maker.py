@@ -6,7 +6,9 @@ when it is first needed. This module does not depend on rclpy.
 
 from __future__ import annotations
 
+import subprocess
 import threading
+from contextlib import suppress
 from typing import Final
 
 from hybrid_dynamics_core.description.model import RobotDescription
@@ -69,4 +71,5 @@ class CodeMaker:
             child, self._child = self._child, None
         if child is not None:
             child.process.kill()  # safe, since cache entries are written to temporary files
-            child.process.wait(_END_TIMEOUT)
+            with suppress(subprocess.TimeoutExpired):  # it ends with the node at the latest
+                child.process.wait(_END_TIMEOUT)

@@ -127,7 +127,8 @@ class _Worker:
 
     def join(self) -> None:
         self._thread.join(_END_TIMEOUT)
-        self._process.wait(_END_TIMEOUT)
+        with suppress(subprocess.TimeoutExpired):  # it ends with the node at the latest
+            self._process.wait(_END_TIMEOUT)
         self._connection.close()
 
     def _begin(self, child: Child) -> None:
