@@ -48,8 +48,9 @@ class Interval:
 
     @property
     def middle(self) -> Array:
-        """A double near the middle."""
-        centre: Array = 0.5 * self.lower + 0.5 * self.upper
+        """A double near the middle; NaN of all numbers."""
+        with np.errstate(invalid="ignore"):
+            centre: Array = 0.5 * self.lower + 0.5 * self.upper
         return centre
 
     @property

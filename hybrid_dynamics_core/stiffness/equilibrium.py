@@ -104,6 +104,21 @@ def equilibrium(structure: Structure) -> Equilibrium:
         inverse=inverse,
         free=scale[:, None] * right[rank:].T,
         self_stress=self_stress,
-        stressed=structure.A_e.T @ self_stress,
+        stressed=_beyond_rounding(
+            structure.A_e.T @ self_stress, norm(structure.A_e * units[:, None])
+        ),
         scale=scale,
     )
+
+
+def _beyond_rounding(stressed: Array, size: float) -> Array:
+    """A matrix without its parts that are rounding beside a size.
+
+    Equations that are redundant among themselves have states of self-stress without deformations.
+    """
+    if not stressed.size:
+        return stressed
+    left, values, right = np.linalg.svd(stressed, full_matrices=False)
+    kept = np.where(values > RANK * size, values, 0.0)
+    result: Array = (left * kept) @ right
+    return result

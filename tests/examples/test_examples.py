@@ -101,7 +101,7 @@ def check_axes(axes: Any, colours: set[str]) -> None:
     if axes.get_subplotspec().is_last_row():
         names.append(axes.get_xlabel())
     for name in names:
-        assert re.search(r"\[[^]]+\]|^number of|, in half intervals$", name), name
+        assert re.search(r"\[[^]]+\]|^number of|^run$|, in half intervals$", name), name
     assert not axes.spines["top"].get_visible()
     assert {to_hex(line.get_color()) for line in axes.lines} <= colours
 

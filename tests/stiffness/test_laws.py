@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 
 from hybrid_dynamics_core import Payload, Robot, SingularityError, load
 from hybrid_dynamics_core.stiffness import DriveStiffness, Elasticity, Stiffness
@@ -226,3 +226,18 @@ def test_small_loads_move_the_real_machine_so(name):
         expected = elastic.deflection(loads).displacement[:3]
         errors.append(np.linalg.norm(moved - expected) / np.linalg.norm(expected))
     assert errors[1] < 0.2 * errors[0] or errors[1] < 1e-6  # of 1e-9 m
+
+
+@examples(10)
+@given(robots(), STATES)
+def test_elastic_drives_alone_give_the_compliance_of_jacobians_on_random_robots(
+    case: Case, seed: int
+) -> None:
+    """Equations that are redundant among themselves, as in parallelograms, hold no drive."""
+    robot = case.robot
+    assume(set(robot.all_drives) == set(robot.active))
+    state = robot.close(case.somewhere(seed)[: case.n])
+    found = robot.stiffness(state, Elasticity(dict.fromkeys(robot.active, 1e4))).compliance
+    jacobian = robot.jacobian(state)
+    expected = jacobian @ jacobian.T / 1e4
+    assert np.abs(found - expected).max() <= 1e-10 * np.abs(expected).max()
