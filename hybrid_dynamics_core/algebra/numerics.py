@@ -62,13 +62,13 @@ def invert_columns(entries: Scalars, size: int) -> list[Scalar]:
     """`invert` of many matrices, one array an entry."""
     columns = np.broadcast_arrays(*entries)
     matrices = np.stack(columns, axis=-1).reshape(-1, size, size)
-    regular = _are_regular(matrices)
+    regular = are_regular(matrices)
     inverse = np.full_like(matrices, np.nan)
     inverse[regular] = np.linalg.inv(matrices[regular])
     return [*inverse.reshape(-1, size * size).T]
 
 
-def _are_regular(matrices: Array) -> Flags:
+def are_regular(matrices: Array) -> Flags:
     """Which matrices have an inverse, also where the determinant is too small for a float."""
     sign, logarithm = np.linalg.slogdet(matrices)
     return np.asarray((sign != 0.0) & np.isfinite(logarithm))
@@ -150,7 +150,7 @@ def _newton_steps(body: Body, x: Array, constants: Array) -> tuple[Array, Flags]
     values = np.array(columns)
     residuals = values[:size].T
     jacobian = np.moveaxis(values[size:], 0, -1).reshape(-1, size, size)
-    finite = np.isfinite(values).all(axis=0) & _are_regular(jacobian)
+    finite = np.isfinite(values).all(axis=0) & are_regular(jacobian)
     jacobian[~finite] = np.eye(size)
     step = np.linalg.solve(jacobian, residuals[..., None])[..., 0]
     return step.T, finite

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...algebra.numerics import are_regular
 from ...ground.arrays import Array
 from ..interval import Interval
 from ..rounding import SHARE, TERMS, bound
@@ -48,8 +49,7 @@ class IntervalMatrix(NamedTuple):
         if self.middle.shape[2] > TERMS:
             return inverse
         with np.errstate(all="ignore"):
-            sign, logarithm = np.linalg.slogdet(self.middle)
-        usable = (sign != 0.0) & np.isfinite(logarithm)
+            usable = are_regular(self.middle)
         usable &= np.isfinite(self.radius).all(axis=(1, 2))
         inverse[usable] = np.linalg.inv(self.middle[usable])
         return inverse

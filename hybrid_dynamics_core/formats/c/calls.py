@@ -73,7 +73,8 @@ class CFunction:
     open: tuple[str, ...] = ()
 
 
-def _same(*names: str) -> dict[str, str]:
+def same_names(*names: str) -> dict[str, str]:
+    """Results that have the same names in C and in programs."""
     return {name: name for name in names}
 
 
@@ -150,7 +151,7 @@ CALLS = (
     CFunction(
         "reactions",
         AT_ACCELERATION,
-        _same("tau", *PINS, *JOINTS, "base"),
+        same_names("tau", *PINS, *JOINTS, "base"),
         _reactions,
         "tau (NU); place, force and moment (3 each) in every loop closure, on its link a, and in\n"
         "   every joint, on the link that it carries; the wrench (6) of the foundation; base axes."
@@ -164,7 +165,7 @@ CALLS = (
     CFunction(
         "inverse_dynamics_derivatives",
         AT_ACCELERATION,
-        _same("tau", "d_u", "d_du", "d_ddu"),
+        same_names("tau", "d_u", "d_du", "d_ddu"),
         lambda setting: programs.inverse_dynamics_derivatives(setting.pattern),
         "tau (NU) and its derivatives (NU, NU) by u, u' and u''; the last is M",
         ALL_LOADS,
@@ -173,7 +174,7 @@ CALLS = (
     CFunction(
         "forward_dynamics_derivatives",
         AT_EFFORT,
-        _same("ddu", "d_u", "d_du", "d_tau"),
+        same_names("ddu", "d_u", "d_du", "d_tau"),
         lambda setting: programs.forward_dynamics_derivatives(setting.pattern),
         "u'' (NU) and its derivatives (NU, NU) by u, u' and tau",
         ALL_LOADS,
@@ -183,7 +184,7 @@ CALLS = (
     CFunction(
         "ik_step",
         ("u", *programs.TARGET),
-        _same("next", "error"),
+        same_names("next", "error"),
         lambda setting: programs.ik_step(setting.frame),
         "next (NU): u after a damped least-squares step to a pose of the end effector; error (6)\n"
         "   before it, along and about x, y, z. weights (6): of these errors, 0 leaves one out",
@@ -192,7 +193,7 @@ CALLS = (
     CFunction(
         "generalised_forces",
         ("u", "forces"),
-        _same("tau"),
+        same_names("tau"),
         lambda _: programs.generalised_forces(),
         "efforts of the drives tau (NU) that do the work of forces (NS) along all coordinates",
         on_request=True,
@@ -200,7 +201,7 @@ CALLS = (
     CFunction(
         "hydraulics",
         ("u", "du", "tau"),
-        _same(*programs.HYDRAULICS),
+        same_names(*programs.HYDRAULICS),
         _hydraulics,
         "force [N], chamber pressures [Pa], flows into the chambers [m^3/s], flow from the supply,"
         "\n   power [W] and distances to the ends of the stroke [m], one entry for each cylinder",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ... import programs
 from ...programs import Program
-from ..c.calls import ALL_LOADS, AT_ACCELERATION, AT_EFFORT, CFunction, Setting
+from ..c.calls import ALL_LOADS, AT_ACCELERATION, AT_EFFORT, CFunction, Setting, same_names
 from .variables import FORWARD_DYNAMICS, INVERSE_DYNAMICS
 
 NAME = "directional"
@@ -24,15 +24,11 @@ def _of_efforts(setting: Setting) -> Program:
     return programs.directional(parts, ("u", "du", "ddu"))
 
 
-def _same(*names: str) -> dict[str, str]:
-    return {name: name for name in names}
-
-
 DIRECTIONAL = {
     FORWARD_DYNAMICS: CFunction(
         NAME,
         (*AT_EFFORT, "seed_u", "seed_du", "seed_tau"),
-        _same("d_ddu", "d_s", "d_ds", "d_position", "d_rotation"),
+        same_names("d_ddu", "d_s", "d_ds", "d_position", "d_rotation"),
         _of_motion,
         "changes of all results for changes of u, u' and tau, to first order",
         ALL_LOADS,
@@ -40,7 +36,7 @@ DIRECTIONAL = {
     INVERSE_DYNAMICS: CFunction(
         NAME,
         (*AT_ACCELERATION, "seed_u", "seed_du", "seed_ddu"),
-        _same("d_tau"),
+        same_names("d_tau"),
         _of_efforts,
         "changes of tau for changes of u, u' and u'', to first order",
         ALL_LOADS,
